@@ -1,0 +1,1 @@
+"""Tactile grasp-and-lift trials of the Schunk SDH-2 hand in MuJoCo."""
