@@ -1,0 +1,22 @@
+"""Exact grasp wrench space metrics: contacts in, ε, V and q* out."""
+
+from graspq.contact import Contact, contact_wrenches
+from graspq.errors import GraspError
+from graspq.hull import epsilon, is_force_closure, volume
+from graspq.limits import max_normal_force, max_torsion
+from graspq.scaling import TaskScaling, task_scaling
+from graspq.tasks import gravity_tasks
+
+__all__ = [
+    "Contact",
+    "GraspError",
+    "TaskScaling",
+    "contact_wrenches",
+    "epsilon",
+    "gravity_tasks",
+    "is_force_closure",
+    "max_normal_force",
+    "max_torsion",
+    "task_scaling",
+    "volume",
+]

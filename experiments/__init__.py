@@ -1,0 +1,1 @@
+"""Tables, figures and studies, each runnable as ``python -m experiments.NAME``."""
