@@ -1,0 +1,312 @@
+"""The table of a run, ``trials.parquet``: one row per trial, its columns listed here and only here.
+
+A row is a plain ``dict`` from column name to value. Array columns are fixed-size lists, so that
+pandas, polars and DuckDB open the file as it is; ``stack`` gives them back as one numpy array.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+Row = dict[str, Any]
+
+FAILURES = ("none", "no_contact", "dropped", "slipped", "rotated", "unstable_simulation")
+TACTILE_UNIT = "kPa"
+FORMAT = "sdh-sim trials 1"
+
+
+class RecordError(ValueError):
+    """A table or a row that cannot be used; the message says what came and what would do."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of the table.
+
+    Attributes:
+        name: the key in a row.
+        type: arrow type of one element.
+        unit: unit of the values, "" where there is none.
+        meaning: one line for the reader of the file.
+        shape: () for a scalar, otherwise the shape of the array in each row.
+        required: a row without it is refused; other columns may be null.
+    """
+
+    name: str
+    type: pa.DataType
+    unit: str
+    meaning: str
+    shape: tuple[int, ...] = ()
+    required: bool = False
+
+    @property
+    def arrow_type(self) -> pa.DataType:
+        """The element type wrapped in one fixed-size list per axis."""
+        arrow = self.type
+        for size in reversed(self.shape):
+            arrow = pa.list_(arrow, size)
+        return arrow
+
+    @property
+    def field(self) -> pa.Field:
+        """The arrow field; unit, shape and meaning are its metadata."""
+        about = {"unit": self.unit, "meaning": self.meaning}
+        if self.shape:
+            about["shape"] = "x".join(str(n) for n in self.shape)
+        return pa.field(self.name, self.arrow_type, nullable=not self.required, metadata=about)
+
+
+_INT, _REAL, _TEXT, _FLAG = pa.int64(), pa.float64(), pa.string(), pa.bool_()
+
+COLUMNS: tuple[Column, ...] = (
+    Column("trial", _INT, "", "number of the trial in its run", required=True),
+    Column("object", _TEXT, "", "name of the object model", required=True),
+    Column("seed", _INT, "", "seed that decides the trial", required=True),
+    Column("success", _FLAG, "", "the object was lifted and held", required=True),
+    Column("failure", _TEXT, "", "one of " + ", ".join(FAILURES), required=True),
+    Column("displacement_mm", _REAL, "mm", "object motion in the hand frame since the snapshot"),
+    Column("rotation_deg", _REAL, "deg", "object rotation in the hand frame since the snapshot"),
+    Column("q_linf", _REAL, "", "task scaling under the L-infinity bound"),
+    Column("q_l1", _REAL, "", "task scaling under the L1 bound"),
+    Column("epsilon_linf", _REAL, "", "epsilon quality under the L-infinity bound, torque scale 1"),
+    Column("epsilon_l1", _REAL, "", "epsilon quality under the L1 bound, torque scale 1"),
+    Column("volume_linf", _REAL, "", "wrench space volume under the L-infinity bound"),
+    Column("volume_l1", _REAL, "", "wrench space volume under the L1 bound"),
+    Column("q_reason", _TEXT, "", "why q is 0 or missing, empty otherwise"),
+    Column("contacts", _INT, "", "pads with readings that the prediction used"),
+    Column("mass_kg", _REAL, "kg", "mass of the object"),
+    Column("friction", _REAL, "", "friction coefficient of the object"),
+    Column("torque_limit_nm", _REAL, "N m", "torque limit of each motor", (7,)),
+    Column("joint_angles_rad", _REAL, "rad", "motor angles at the snapshot", (7,)),
+    Column("motor_torque_nm", _REAL, "N m", "motor torques at the snapshot", (7,)),
+    Column("peak_torque_nm", _REAL, "N m", "largest motor torques of the whole trial", (7,)),
+    Column(
+        "tactile_proximal",
+        pa.float32(),
+        TACTILE_UNIT,
+        "proximal pads at the snapshot: finger, row, column",
+        (3, 14, 6),
+    ),
+    Column(
+        "tactile_distal",
+        pa.float32(),
+        TACTILE_UNIT,
+        "distal pads at the snapshot: finger, row, column",
+        (3, 13, 6),
+    ),
+    Column(
+        "object_pose_hand",
+        _REAL,
+        "m, quaternion",
+        "object pose in the hand frame at the snapshot: x y z qw qx qy qz",
+        (7,),
+    ),
+    Column("approach", _TEXT, "", "side or top"),
+    Column("preshape", _TEXT, "", "preshape of the fingers"),
+    Column("plan_azimuth_rad", _REAL, "rad", "direction of approach about the vertical"),
+    Column("plan_roll_rad", _REAL, "rad", "roll of the hand about its approach axis"),
+    Column("plan_height_m", _REAL, "m", "height of the grasp"),
+    Column("plan_offset_m", _REAL, "m", "position error of the approach", (3,)),
+    Column("object_yaw_rad", _REAL, "rad", "yaw of the object on the table"),
+    Column("resampled_unreachable", _INT, "", "grasps drawn before that the arm cannot reach"),
+    Column("resampled_colliding", _INT, "", "grasps drawn before that collide at the start"),
+    Column("sim_seconds", _REAL, "s", "simulated time"),
+)
+"""Every column in the table's order; a new column is one line here."""
+
+_BY_NAME = {column.name: column for column in COLUMNS}
+
+SCHEMA = pa.schema(
+    [column.field for column in COLUMNS],
+    metadata={"format": FORMAT, "tactile_unit": TACTILE_UNIT},
+)
+
+
+def normalise(row: Mapping[str, Any]) -> Row:
+    """The row with every column present, arrays as numpy, NaN scalars as None.
+
+    Args:
+        row: values by column name; columns that may be null can be left out.
+
+    Raises:
+        RecordError: an unknown or missing column, a wrong shape or type, an unknown failure.
+    """
+    unknown = sorted(set(row) - set(_BY_NAME))
+    if unknown:
+        raise RecordError(f"row has unknown column {unknown[0]!r}; columns are listed in COLUMNS")
+    full = {column.name: _value(column, row.get(column.name)) for column in COLUMNS}
+    if full["failure"] not in FAILURES:
+        raise RecordError(f"failure is {full['failure']!r}; expected one of {', '.join(FAILURES)}")
+    if full["success"] != (full["failure"] == "none"):
+        raise RecordError(f"success is {full['success']} but failure is {full['failure']!r}")
+    return full
+
+
+def _value(column: Column, value: Any) -> Any:
+    if value is None:
+        if column.required:
+            raise RecordError(f"row lacks column {column.name!r}, which every row needs")
+        return None
+    try:
+        if column.shape:
+            array = np.array(value, dtype=column.type.to_pandas_dtype())
+            if array.shape != column.shape:
+                raise RecordError(
+                    f"column {column.name!r} has shape {array.shape}; expected {column.shape}"
+                )
+            return array
+        if pa.types.is_floating(column.type):
+            return None if np.isnan(value) else float(value)
+        wanted = {_INT: (int, np.integer), _FLAG: (bool, np.bool_), _TEXT: (str,)}[column.type]
+        if not isinstance(value, wanted) or (column.type == _INT and isinstance(value, bool)):
+            raise TypeError
+        return wanted[0](value)
+    except (TypeError, ValueError) as error:
+        if isinstance(error, RecordError):
+            raise
+        raise RecordError(
+            f"column {column.name!r} got {value!r}; expected {column.arrow_type}"
+        ) from error
+
+
+def to_table(rows: Iterable[Mapping[str, Any]]) -> pa.Table:
+    """Rows, in any order, as an arrow table sorted by trial number."""
+    full = sorted((normalise(row) for row in rows), key=lambda row: row["trial"])
+    return pa.Table.from_arrays(
+        [_array(c, [row[c.name] for row in full]) for c in COLUMNS], schema=SCHEMA
+    )
+
+
+def _array(column: Column, values: Sequence[Any]) -> pa.Array:
+    if not column.shape:
+        return pa.array(values, type=column.type)
+    missing = np.array([value is None for value in values], dtype=bool)
+    blank = np.zeros(column.shape, dtype=column.type.to_pandas_dtype())
+    filled = np.array([blank if value is None else value for value in values], dtype=blank.dtype)
+    array = pa.array(filled.reshape(-1))
+    for axis in reversed(range(len(column.shape))):
+        mask = pa.array(missing) if axis == 0 and missing.any() else None
+        array = pa.FixedSizeListArray.from_arrays(array, column.shape[axis], mask=mask)
+    return array
+
+
+def write_rows(rows: Iterable[Mapping[str, Any]], path: Path) -> None:
+    """Write the table so that a reader, or a crash, sees the old file or the new, never a part.
+
+    Raises:
+        OSError: the disk refused; the file that was there stays as it was.
+    """
+    buffer = io.BytesIO()
+    pq.write_table(to_table(rows), buffer, compression="zstd")
+    write_atomic(path, buffer.getvalue())
+
+
+def write_atomic(path: Path, data: bytes) -> None:
+    """Replace the file's content in one step, on the disk before this returns."""
+    temporary = path.with_name(path.name + ".tmp")
+    try:
+        with open(temporary, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(temporary, path)
+    except OSError:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
+        raise
+    if hasattr(os, "O_DIRECTORY"):  # the rename itself must outlive a power cut too
+        folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
+
+
+def read_table(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
+    """The table of a run, or the named columns of it.
+
+    Raises:
+        RecordError: no such file, not a readable parquet file, or not a table of trials.
+    """
+    wanted = [_BY_NAME[name] for name in columns] if columns is not None else list(COLUMNS)
+    try:
+        present = pq.read_schema(path)
+        for column in wanted:
+            if column.name not in present.names:
+                raise RecordError(
+                    f"{path} has no column {column.name!r}; it is not a table of this version"
+                )
+            if present.field(column.name).type != column.arrow_type:
+                raise RecordError(
+                    f"{path}: column {column.name!r} is {present.field(column.name).type}; "
+                    f"expected {column.arrow_type}"
+                )
+        return pq.ParquetFile(path).read(columns=[column.name for column in wanted])
+    except FileNotFoundError as error:
+        raise RecordError(f"{path} does not exist") from error
+    except (pa.ArrowException, OSError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise RecordError(f"{path} is not a readable parquet file: {reason}") from error
+
+
+def stack(table: pa.Table, name: str) -> np.ndarray:
+    """An array column as one array (n, *shape), or a number column as (n,); null becomes NaN."""
+    column = _BY_NAME[name]
+    flat = table.column(name).combine_chunks()
+    if isinstance(flat, pa.ChunkedArray):
+        flat = pa.concat_arrays(flat.chunks) if flat.num_chunks else pa.array([], flat.type)
+    valid = np.array(flat.is_valid())
+    for _ in column.shape:
+        flat = flat.flatten()  # leaves out the values of null rows
+    present = np.asarray(flat if column.shape else flat.drop_null())
+    out = np.full((len(valid), *column.shape), np.nan)
+    out[valid] = present.reshape(-1, *column.shape)
+    return out
+
+
+def to_rows(table: pa.Table) -> list[Row]:
+    """The rows of a table as ``normalise`` gives them."""
+    columns: dict[str, list[Any]] = {}
+    for column in COLUMNS:
+        values = table.column(column.name)
+        if column.shape:
+            arrays = stack(table, column.name).astype(column.type.to_pandas_dtype())
+            columns[column.name] = [
+                a if ok else None
+                for a, ok in zip(arrays, values.is_valid().to_pylist(), strict=True)
+            ]
+        else:
+            columns[column.name] = values.to_pylist()
+    return [
+        normalise(dict(zip(columns, values, strict=True)))
+        for values in zip(*columns.values(), strict=True)
+    ]
+
+
+def read_rows(path: Path) -> list[Row]:
+    """The rows of a table file; raises RecordError where it is not one."""
+    return to_rows(read_table(path))
+
+
+def differing_columns(first: Mapping[str, Any], second: Mapping[str, Any]) -> list[str]:
+    """Names of the columns in which two rows differ in any bit that the table keeps."""
+    a, b = normalise(first), normalise(second)
+    return [c.name for c in COLUMNS if not _same(a[c.name], b[c.name])]
+
+
+def _same(a: Any, b: Any) -> bool:
+    if a is None or b is None:
+        return a is b
+    if isinstance(a, np.ndarray):
+        return np.array_equal(a, b, equal_nan=True)
+    return a == b
