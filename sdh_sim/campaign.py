@@ -19,7 +19,7 @@ from sdh_sim.workers import Done, Stopped, TrialFunction, Work, WorkerDied, run_
 
 RERUN = ("all", "failures", "none")
 
-Progress = Callable[[records.Row], None]
+OnTrial = Callable[[records.Row], None]
 
 
 class CampaignError(RuntimeError):
@@ -83,7 +83,7 @@ def run_campaign(
     resume: bool = False,
     overwrite: bool = False,
     rerun: str = "none",
-    on_trial: Progress | None = None,
+    on_trial: OnTrial | None = None,
     command: str = "",
     save_every: float = 5.0,
     trial: TrialFunction | None = None,

@@ -230,10 +230,13 @@ def read_trials(paths: Sequence[Path]) -> pa.Table:
 
 
 CSV_HEADER = (
-    "object,metric,threshold,n,successes,success_share,accuracy,accuracy_low,accuracy_high,"
-    "true_positive_rate,tpr_low,tpr_high,false_positive_rate,fpr_low,fpr_high,"
-    "auc,auc_low,auc_high,tp,fp,tn,fn,missing_metric,unstable_excluded"
-).split(",")
+    *("object", "metric", "threshold", "n", "successes", "success_share"),
+    *("accuracy", "accuracy_low", "accuracy_high"),
+    *("true_positive_rate", "tpr_low", "tpr_high"),
+    *("false_positive_rate", "fpr_low", "fpr_high"),
+    *("auc", "auc_low", "auc_high"),
+    *("tp", "fp", "tn", "fn", "missing_metric", "unstable_excluded"),
+)
 
 
 def csv_row(c: Comparison) -> list[str]:

@@ -170,8 +170,10 @@ def _value(column: Column, value: Any) -> Any:
         wanted = {_INT: (int, np.integer), _FLAG: (bool, np.bool_), _TEXT: (str,)}[column.type]
         if not isinstance(value, wanted) or (column.type == _INT and isinstance(value, bool)):
             raise TypeError
+        if column.type == _INT:
+            np.int64(value)  # raises OverflowError
         return wanted[0](value)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         if isinstance(error, RecordError):
             raise
         raise RecordError(
@@ -207,7 +209,7 @@ def write_rows(rows: Iterable[Mapping[str, Any]], path: Path) -> None:
         OSError: the disk refused; the file that was there stays as it was.
     """
     buffer = io.BytesIO()
-    pq.write_table(to_table(rows), buffer, compression="zstd")
+    pq.write_table(to_table(rows), buffer, compression="zstd", write_page_checksum=True)
     write_atomic(path, buffer.getvalue())
 
 
@@ -240,23 +242,31 @@ def read_table(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     """
     wanted = [_BY_NAME[name] for name in columns] if columns is not None else list(COLUMNS)
     try:
-        present = pq.read_schema(path)
+        file = pq.ParquetFile(path, page_checksum_verification=True)
         for column in wanted:
-            if column.name not in present.names:
-                raise RecordError(
-                    f"{path} has no column {column.name!r}; it is not a table of this version"
-                )
-            if present.field(column.name).type != column.arrow_type:
-                raise RecordError(
-                    f"{path}: column {column.name!r} is {present.field(column.name).type}; "
-                    f"expected {column.arrow_type}"
-                )
-        return pq.ParquetFile(path).read(columns=[column.name for column in wanted])
+            _check_field(path, file.schema_arrow, column)
+        table = file.read(columns=[column.name for column in wanted])
+        table.validate(full=True)
+        return table
+    except RecordError:
+        raise
     except FileNotFoundError as error:
         raise RecordError(f"{path} does not exist") from error
-    except (pa.ArrowException, OSError) as error:
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+    except (pa.ArrowException, OSError, ValueError, OverflowError) as error:
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
         raise RecordError(f"{path} is not a readable parquet file: {reason}") from error
+
+
+def _check_field(path: Path, schema: pa.Schema, column: Column) -> None:
+    if column.name not in schema.names:
+        raise RecordError(
+            f"{path} has no column {column.name!r}; it is not a table of this version"
+        )
+    found = schema.field(column.name).type
+    if found != column.arrow_type:
+        raise RecordError(
+            f"{path}: column {column.name!r} is {found}; expected {column.arrow_type}"
+        )
 
 
 def stack(table: pa.Table, name: str) -> np.ndarray:

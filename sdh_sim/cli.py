@@ -1,0 +1,228 @@
+"""The command ``sdh-sim``: its commands and options, and the one line that bad input gets.
+
+What needs MuJoCo, rerun or a table is imported by the command that uses it: help stays quick.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sdh_sim.threads import limit_threads
+
+app = typer.Typer(
+    help="Grasp, lift and compare: trials of the Schunk SDH-2 hand in MuJoCo.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+_Out = Annotated[Path, typer.Option(help="Folder of the run, for example runs/box.")]
+_Runs = Annotated[list[Path], typer.Argument(help="Run folders (the --out of a lift).")]
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        import importlib.metadata
+
+        try:
+            print(importlib.metadata.version("sdh-sim"))
+        except importlib.metadata.PackageNotFoundError:
+            print("sdh-sim from a checkout, not installed")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def lift(
+    out: _Out,
+    object: Annotated[
+        list[str] | None,
+        typer.Option(help='Object to lift; give it again for more, or "all". See: sdh-sim objects'),
+    ] = None,
+    trials: Annotated[
+        int | None, typer.Option(help="Trials per object.", show_default="20")
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed that decides every trial.", show_default="0")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(help="Worker processes.", show_default="one per core")
+    ] = None,
+    torque_limit: Annotated[
+        tuple[float, float] | None,
+        typer.Option(
+            help="Torque limits [N m]: spread and proximal joints, distal joints.",
+            show_default="1.6401 1.0934",
+        ),
+    ] = None,
+    sensor: Annotated[
+        str | None,
+        typer.Option(help="dsa: dead zone, clip, 12 bit; ideal: none.", show_default="dsa"),
+    ] = None,
+    pads: Annotated[
+        str | None,
+        typer.Option(help="Pads the prediction uses: all or distal.", show_default="all"),
+    ] = None,
+    rerun: Annotated[
+        str | None,
+        typer.Option(
+            help="Trials that leave a rerun recording: all, failures or none.", show_default="none"
+        ),
+    ] = None,
+    resume: Annotated[
+        bool,
+        typer.Option(
+            "--resume",
+            help="Continue the run in --out with its own settings; --trials may be raised.",
+        ),
+    ] = False,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the run in --out.")
+    ] = False,
+) -> None:
+    """Grasp and lift objects at random; keep one row per trial in OUT/trials.parquet."""
+    from sdh_sim import cli_lift
+
+    asked = {"torque_limit": torque_limit, "sensor": sensor, "pads": pads}
+    cli_lift.lift(
+        out,
+        cli_lift.Asked(
+            objects=tuple(object or ()),
+            trials=trials,
+            seed=seed,
+            settings={name: value for name, value in asked.items() if value is not None},
+        ),
+        workers=workers,
+        rerun=rerun,
+        resume=resume,
+        overwrite=overwrite,
+        command=shlex.join(["sdh-sim", *sys.argv[1:]]),
+    )
+
+
+@app.command()
+def compare(
+    runs: _Runs,
+    csv: Annotated[Path | None, typer.Option(help="Write the numbers to this CSV file.")] = None,
+) -> None:
+    """Compare predicted with simulated success: accuracy, rates and AUC per object."""
+    from sdh_sim import cli_compare
+
+    cli_compare.compare(runs, csv)
+
+
+@app.command()
+def show(
+    run: Annotated[Path, typer.Argument(help="Run folder (the --out of a lift).")],
+    trial: Annotated[int, typer.Option(help="Number of the trial.")],
+    save: Annotated[
+        Path | None, typer.Option(help="Write a rerun recording here, open no viewer.")
+    ] = None,
+    png: Annotated[Path | None, typer.Option(help="Render a picture here, open no viewer.")] = None,
+) -> None:
+    """Run one trial of a run again and look at it."""
+    from sdh_sim import cli_show
+
+    cli_show.show(run, trial, save, png)
+
+
+@app.command()
+def demo(
+    out: Annotated[Path, typer.Option(help="Folder for what it makes.")] = Path("demo"),
+) -> None:
+    """A short run over all objects, its comparison, one picture and one recording."""
+    from sdh_sim.demo import run_demo
+
+    run_demo(out)
+
+
+@app.command()
+def objects() -> None:
+    """List the objects: mass, friction, size."""
+    from sdh_sim import cli_lists
+
+    cli_lists.objects()
+
+
+@app.command()
+def hand() -> None:
+    """List the hand's joints with their limits and its tactile pads."""
+    from sdh_sim import cli_lists
+
+    cli_lists.hand()
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line.
+
+    Args:
+        arguments: command and options; None takes them from the process.
+
+    Returns:
+        exit status: 0 done; 2 bad input, named in one line on stderr; 130 Ctrl-C; 1 the program's
+        own failure.
+    """
+    limit_threads()
+    try:
+        status = app(args=arguments, prog_name="sdh-sim", standalone_mode=False)
+        sys.stdout.flush()
+        return status if isinstance(status, int) else 0
+    except BrokenPipeError:  # the reader (head, less) left: not an error of ours
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except KeyboardInterrupt:
+        return _say("interrupted", 130)
+    except Exception as error:
+        return _explain(error)
+
+
+def _explain(error: Exception) -> int:
+    """One line for what the user can mend; anything else is a fault of ours and is raised."""
+    if type(error).__name__ == "Abort":  # how older typer passes on Ctrl-C
+        return _say("interrupted", 130)
+    if type(error).__name__ == "NoArgsIsHelpError":
+        print(error)
+        return 2
+    message = getattr(error, "format_message", None)
+    if message is not None:  # typer's own: an unknown option, a word where a number belongs
+        return _say(f"{message()} (sdh-sim --help lists the commands and options)", 2)
+
+    from sdh_sim.campaign import CampaignError
+    from sdh_sim.records import RecordError
+    from sdh_sim.run_folder import RunError
+    from sdh_sim.settings import SettingsError
+
+    if isinstance(error, CampaignError):
+        if error.details and os.environ.get("SDH_SIM_TRACEBACK"):
+            print(error.details, file=sys.stderr)
+        return _say(str(error), error.status)
+    if isinstance(error, (SettingsError, RunError, RecordError)):
+        return _say(str(error), 2)
+    if isinstance(error, OSError):
+        name = f"{error.filename}: " if error.filename else ""
+        return _say(f"{name}{error.strerror or error}; choose a path that can be used", 2)
+    raise error
+
+
+def _say(message: str, status: int) -> int:
+    print("sdh-sim: " + " ".join(message.split()), file=sys.stderr)
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,157 @@
+"""``sdh-sim lift``: from options to a plan, the progress bar, the closing table."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+from rich.table import Table
+
+from sdh_sim.campaign import OnTrial, RunResult, default_workers, run_campaign
+from sdh_sim.cli_console import errors, output, plain_table
+from sdh_sim.objects import object_names
+from sdh_sim.records import FAILURES, Row
+from sdh_sim.run_folder import RunFolder, RunPlan
+from sdh_sim.settings import SettingsError, TrialSettings
+
+TRIALS = 20
+SEED = 0
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What the command line gave; what it left out is empty or None.
+
+    Attributes:
+        objects: names, or "all".
+        trials: trials per object.
+        seed: seed of the run.
+        settings: fields of TrialSettings.
+    """
+
+    objects: tuple[str, ...]
+    trials: int | None
+    seed: int | None
+    settings: Mapping[str, Any]
+
+
+def lift(
+    out: Path,
+    asked: Asked,
+    *,
+    workers: int | None = None,
+    rerun: str | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    command: str = "",
+) -> None:
+    """Run the trials asked for with a progress bar, then print what came out."""
+    folder = RunFolder(out)
+    stored = folder.read_plan() if resume and folder.holds_run() else None
+    plan = make_plan(asked, stored)
+    with _progress(plan) as on_trial:
+        result = run_campaign(
+            plan,
+            out,
+            default_workers() if workers is None else workers,
+            resume=resume,
+            overwrite=overwrite,
+            rerun=rerun or "none",
+            on_trial=on_trial,
+            command=command,
+        )
+    output().print(summary(plan.objects, result))
+    output().print(f"table: {folder.table}", soft_wrap=True, markup=False, highlight=False)
+
+
+def make_plan(asked: Asked, stored: RunPlan | None) -> RunPlan:
+    """The plan of the options; what they leave out is the stored plan's, or the default."""
+    known = object_names()
+    names = tuple(dict.fromkeys(known if "all" in asked.objects else asked.objects))
+    if not names:
+        if stored is None:
+            raise SettingsError(f"--object is missing; give one of {', '.join(known)}, or all")
+        names = stored.objects
+    for name in names:
+        if name not in known:
+            raise SettingsError(f"object: got {name!r}; choose one of {', '.join(known)}, or all")
+    if stored is None:
+        settings = TrialSettings(object=names[0], **asked.settings)
+    else:
+        settings = dataclasses.replace(stored.settings, object=names[0], **asked.settings)
+    trials = asked.trials if asked.trials is not None else (stored.trials if stored else TRIALS)
+    seed = asked.seed if asked.seed is not None else (stored.seed if stored else SEED)
+    return RunPlan(names, settings, trials, seed)
+
+
+@contextlib.contextmanager
+def _progress(plan: RunPlan) -> Iterator[OnTrial]:
+    """A bar on a terminal, a line at every tenth of the run elsewhere; both on stderr."""
+    console = errors()
+    done = Counter[bool]()
+
+    if not console.is_terminal:
+
+        def count(row: Row) -> None:
+            done[row["success"]] += 1
+            total = done.total()
+            if total * 10 // plan.total > (total - 1) * 10 // plan.total:
+                console.print(f"{total}/{plan.total} trials, {done[True]} succeeded")
+
+        yield count
+        return
+
+    bar = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[succeeded]} succeeded"),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+        console=console,
+    )
+    with bar:
+        task = bar.add_task("trials", total=plan.total, succeeded=0)
+
+        def advance(row: Row) -> None:
+            done[row["success"]] += 1
+            bar.update(task, completed=done.total(), succeeded=done[True])
+
+        yield advance
+
+
+def summary(objects: Iterable[str], result: RunResult) -> Table:
+    """Per object: trials, successes, how the others failed, simulated seconds per worker second."""
+    table = plain_table("object", "trials", "success", "failures", "sim s / wall s")
+    groups = {name: [r for r in result.rows.values() if r["object"] == name] for name in objects}
+    for name, rows in groups.items():
+        table.add_row(name, *_summary_cells(rows, result, [name]))
+    if len(groups) > 1:
+        every = list(result.rows.values())
+        table.add_section()
+        table.add_row("all", *_summary_cells(every, result, list(groups)))
+    return table
+
+
+def _summary_cells(rows: list[Row], result: RunResult, objects: list[str]) -> list[str]:
+    modes = Counter(row["failure"] for row in rows)
+    good = modes.pop("none", 0)
+    share = f"{good} ({100 * good / len(rows):.0f} %)" if rows else "-"
+    named = [f"{mode} {modes[mode]}" for mode in FAILURES if modes[mode]]
+    simulated = sum(result.sim_seconds.get(name, 0.0) for name in objects)
+    wall = sum(result.wall_seconds.get(name, 0.0) for name in objects)
+    speed = f"{simulated / wall:.1f}" if wall > 0 else "-"
+    return [str(len(rows)), share, ", ".join(named) or "-", speed]
