@@ -1,0 +1,408 @@
+"""Many trials: order, resume, stops and deaths, with stand-in trials in real worker processes."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trial_stand_ins as stand_ins
+
+from sdh_sim import records
+from sdh_sim.campaign import CampaignError, run_campaign
+from sdh_sim.run_folder import RunError, RunFolder, RunPlan, trial_seed
+from sdh_sim.settings import SettingsError, TrialSettings
+
+REPO = Path(__file__).parents[1]
+OBJECTS = ("box", "oval_bottle")
+
+
+def plan(trials: int = 6, objects: tuple[str, ...] = OBJECTS, seed: int = 0, **settings) -> RunPlan:
+    return RunPlan(objects, TrialSettings(objects[0], **settings), trials, seed)
+
+
+def table_bytes(out: Path) -> bytes:
+    return (out / "trials.parquet").read_bytes()
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory) -> Path:
+    """An uninterrupted run by one worker."""
+    out = tmp_path_factory.mktemp("whole")
+    run_campaign(plan(), out, 1, trial=stand_ins.quick)
+    return out
+
+
+def test_seed_rule_and_numbering():
+    entropy = [7, zlib.crc32(b"oval_bottle"), 2]
+    state = np.random.SeedSequence(entropy).generate_state(1, np.uint64)[0]
+    wanted = int(state) // 2
+    assert trial_seed(7, "oval_bottle", 2) == wanted
+    job = plan(trials=5, seed=7).job(7)
+    assert (job.trial, job.index, job.seed) == (7, 2, wanted)
+    assert job.settings.object == "oval_bottle"
+    assert trial_seed(7, "box", 2) != wanted != trial_seed(8, "oval_bottle", 2)
+    assert all(0 <= job.seed < 2**63 for job in plan(200).jobs())
+
+
+def test_rows_are_the_plans_trials_in_order(whole):
+    rows = records.read_rows(whole / "trials.parquet")
+    jobs = list(plan().jobs())
+    assert [row["trial"] for row in rows] == list(range(12))
+    assert [(row["object"], row["seed"]) for row in rows] == [
+        (job.settings.object, job.seed) for job in jobs
+    ]
+
+
+def test_two_workers_give_the_same_bytes(tmp_path, whole):
+    seen = []
+    run_campaign(plan(), tmp_path, 2, trial=stand_ins.uneven, on_trial=seen.append)
+    assert table_bytes(tmp_path) == table_bytes(whole)
+    assert sorted(row["trial"] for row in seen) == list(range(12))
+
+
+def test_more_workers_than_trials(tmp_path):
+    result = run_campaign(plan(1, ("box",)), tmp_path, 5, trial=stand_ins.quick)
+    assert list(result.rows) == [0]
+    info = json.loads((tmp_path / "run.json").read_text())
+    assert info["sessions"][0]["workers"] == 1
+
+
+def test_run_json_says_how_to_repeat(whole):
+    info = json.loads((whole / "run.json").read_text())
+    assert (info["seed"], info["trials"], info["objects"]) == (0, 6, list(OBJECTS))
+    assert info["settings"]["torque_limit"] == [1.6401, 1.0934]
+    (session,) = info["sessions"]
+    assert session["state"] == "finished"
+    assert session["trials"] == 12
+    assert session["trial_wall_seconds"] == {"box": 3.0, "oval_bottle": 3.0}
+    assert {"python", "numpy", "scipy", "mujoco", "sdh-sim"} <= set(session["versions"])
+    assert RunFolder(whole).read_plan() == plan()
+
+
+def test_speed_sums_are_this_sessions(tmp_path):
+    result = run_campaign(plan(2), tmp_path, 1, trial=stand_ins.quick)
+    assert result.sim_seconds == {"box": 8.0, "oval_bottle": 8.0}
+    assert result.wall_seconds == {"box": 1.0, "oval_bottle": 1.0}
+    assert run_campaign(plan(2), tmp_path, 1, resume=True, trial=stand_ins.quick).sim_seconds == {}
+
+
+def test_workers_compute_with_one_thread(tmp_path, monkeypatch):
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+    result = run_campaign(plan(1, ("box",)), tmp_path, 1, trial=stand_ins.threads)
+    assert result.rows[0]["contacts"] == 1
+    assert "OPENBLAS_NUM_THREADS" not in os.environ
+
+
+def drop_rows(out: Path, keep: list[int]) -> None:
+    rows = records.read_rows(out / "trials.parquet")
+    records.write_rows([row for row in rows if row["trial"] in keep], out / "trials.parquet")
+
+
+def test_resume_runs_what_is_missing_to_the_same_bytes(tmp_path, whole):
+    run_campaign(plan(), tmp_path, 1, trial=stand_ins.quick)
+    drop_rows(tmp_path, [0, 2, 11])
+    seen = []
+    run_campaign(plan(), tmp_path, 2, resume=True, trial=stand_ins.uneven, on_trial=seen.append)
+    assert table_bytes(tmp_path) == table_bytes(whole)
+    assert [row["trial"] for row in seen[:3]] == [0, 2, 11]
+    assert len(seen) == 12
+    sessions = json.loads((tmp_path / "run.json").read_text())["sessions"]
+    assert [session["state"] for session in sessions] == ["finished", "finished"]
+
+
+def test_resume_with_more_trials_is_the_bigger_run(tmp_path, whole):
+    run_campaign(plan(3), tmp_path, 1, trial=stand_ins.quick)
+    seen = []
+    run_campaign(plan(6), tmp_path, 1, resume=True, trial=stand_ins.quick, on_trial=seen.append)
+    assert table_bytes(tmp_path) == table_bytes(whole)
+    assert [row["trial"] for row in seen[:6]] == [0, 1, 2, 6, 7, 8]
+    assert RunFolder(tmp_path).read_plan().trials == 6
+
+
+def test_resume_without_a_run_starts_one(tmp_path, whole):
+    run_campaign(plan(), tmp_path / "new", 1, resume=True, trial=stand_ins.quick)
+    assert table_bytes(tmp_path / "new") == table_bytes(whole)
+
+
+def test_resume_after_a_kill_before_the_first_table(tmp_path, whole):
+    run_campaign(plan(), tmp_path, 1, trial=stand_ins.quick)
+    (tmp_path / "trials.parquet").unlink()
+    run_campaign(plan(), tmp_path, 1, resume=True, trial=stand_ins.quick)
+    assert table_bytes(tmp_path) == table_bytes(whole)
+
+
+@pytest.mark.parametrize(
+    ("other", "words"),
+    [
+        (plan(seed=1), r"seed \(run: 0, asked: 1\)"),
+        (plan(objects=("box",)), r"objects \(run: box oval_bottle, asked: box\)"),
+        (plan(torque_limit=(1.0, 2.0)), r"torque_limit \(run: 1.6401 1.0934, asked: 1.0 2.0\)"),
+        (plan(sensor="ideal"), r"sensor \(run: dsa, asked: ideal\)"),
+        (plan(trials=5), "--trials 5 would drop some: give 6 or more"),
+    ],
+)
+def test_resume_refuses_other_settings_by_name(whole, other, words):
+    before = table_bytes(whole), (whole / "run.json").read_bytes()
+    with pytest.raises(RunError, match=words):
+        run_campaign(other, whole, 1, resume=True, trial=stand_ins.quick)
+    assert (table_bytes(whole), (whole / "run.json").read_bytes()) == before
+
+
+def test_a_run_is_not_replaced_unasked(whole):
+    before = table_bytes(whole)
+    with pytest.raises(RunError, match=r"--resume.*--overwrite"):
+        run_campaign(plan(seed=3), whole, 1, trial=stand_ins.quick)
+    assert table_bytes(whole) == before
+
+
+def test_overwrite_deletes_a_runs_own_files_only(tmp_path, whole):
+    run_campaign(plan(seed=3), tmp_path, 1, trial=stand_ins.quick)
+    (tmp_path / "notes.txt").write_text("mine")
+    (tmp_path / "recordings").mkdir()
+    (tmp_path / "recordings" / "box-000001.rrd").write_text("a run's")
+    (tmp_path / "recordings" / "best.rrd").write_text("mine")
+    run_campaign(plan(), tmp_path, 1, overwrite=True, trial=stand_ins.quick)
+    assert table_bytes(tmp_path) == table_bytes(whole)
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+    assert [path.name for path in (tmp_path / "recordings").iterdir()] == ["best.rrd"]
+
+
+def test_overwrite_with_bad_arguments_deletes_nothing(tmp_path):
+    run_campaign(plan(1), tmp_path, 1, trial=stand_ins.quick)
+    before = table_bytes(tmp_path)
+    for bad in ({"workers": 0}, {"rerun": "some"}, {"resume": True}):
+        arguments = {"workers": 1, "trial": stand_ins.quick, "overwrite": True, **bad}
+        with pytest.raises(SettingsError):
+            run_campaign(plan(1), tmp_path, **arguments)
+    assert table_bytes(tmp_path) == before
+
+
+@pytest.mark.parametrize("bad", [0, -1, 1.5, True, "2", 10**9])
+def test_bad_numbers_of_trials(bad):
+    with pytest.raises(SettingsError, match="trials: got"):
+        dataclasses.replace(plan(), trials=bad)
+
+
+@pytest.mark.parametrize("bad", [-1, 0.5, 2**63])
+def test_bad_seeds(bad):
+    with pytest.raises(SettingsError, match="seed: got"):
+        dataclasses.replace(plan(), seed=bad)
+
+
+def test_objects_twice_or_none():
+    for objects in ((), ("box", "box")):
+        with pytest.raises(SettingsError, match="give each object once"):
+            dataclasses.replace(plan(), objects=objects)
+
+
+def test_a_trial_of_another_run_in_the_table_is_refused(tmp_path):
+    run_campaign(plan(2), tmp_path, 1, trial=stand_ins.quick)
+    row = {**stand_ins.make_row("box", 12345), "trial": 3}
+    rows = records.read_rows(tmp_path / "trials.parquet")[:3]
+    records.write_rows([*rows, row], tmp_path / "trials.parquet")
+    with pytest.raises(RunError, match="seed 12345"):
+        run_campaign(plan(2), tmp_path, 1, resume=True, trial=stand_ins.quick)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("{", "damaged"),
+        ("[]", "damaged"),
+        ("[" * 100000, "damaged"),
+        ('{"format": 99}', "not the settings of a run that this version knows"),
+        ('{"format": 1}', "lacks 'objects'"),
+        (
+            '{"format": 1, "objects": "box", "settings": {}, "trials": 1, "seed": 0}',
+            "list of names",
+        ),
+        ('{"format": 1, "objects": ["box"], "settings": 3, "trials": 1, "seed": 0}', "damaged"),
+        ('{"format": 1, "objects": ["box"], "settings": {}, "trials": -1, "seed": 0}', "trials"),
+        (
+            '{"format": 1, "objects": ["box"], "settings": {"spin": 1}, "trials": 1, "seed": 0}',
+            "unknown setting 'spin'",
+        ),
+        (
+            '{"format": 1, "objects": ["box"], "settings": {"torque_limit": [NaN, 1]}, '
+            '"trials": 1, "seed": 0}',
+            "torque_limit",
+        ),
+        (
+            '{"format": 1, "objects": ["box"], "settings": {"pads": {}}, "trials": 1, "seed": 0}',
+            "pads",
+        ),
+    ],
+)
+def test_damaged_run_json(tmp_path, text, words):
+    (tmp_path / "run.json").write_text(text)
+    with pytest.raises(RunError, match=words) as caught:
+        RunFolder(tmp_path).read_plan()
+    assert "\n" not in str(caught.value)
+    with pytest.raises(RunError):
+        run_campaign(plan(), tmp_path, 1, resume=True, trial=stand_ins.quick)
+    assert (tmp_path / "run.json").read_text() == text
+    run_campaign(plan(1), tmp_path, 1, overwrite=True, trial=stand_ins.quick)
+    assert RunFolder(tmp_path).read_plan() == plan(1)
+
+
+def test_a_dead_worker_is_named_and_the_rest_kept(tmp_path):
+    with pytest.raises(CampaignError, match=r"a worker process died .* --resume") as caught:
+        run_campaign(plan(40), tmp_path, 2, trial=stand_ins.dies)
+    kept = records.read_rows(tmp_path / "trials.parquet")
+    assert f"{len(kept)} of 80 trials are kept" in str(caught.value)
+    assert 0 < len(kept) < 80
+    named = str(caught.value).split("one of the trials ")[1].split(";")[0].split(", ")
+    assert any(plan(40).job(int(number)).seed % 6 == 0 for number in named)
+    state = json.loads((tmp_path / "run.json").read_text())["sessions"][0]["state"]
+    assert state == "broken off"
+    run_campaign(plan(40), tmp_path, 2, resume=True, trial=stand_ins.quick)
+    assert len(records.read_rows(tmp_path / "trials.parquet")) == 80
+
+
+def test_a_trial_that_raises_is_named_and_the_rest_kept(tmp_path):
+    with pytest.raises(CampaignError, match="failed: ZeroDivisionError: no;") as caught:
+        run_campaign(plan(20), tmp_path, 1, trial=stand_ins.raises)
+    first = next(job for job in plan(20).jobs() if job.seed % 6 == 0)
+    assert f"trial {first.trial} ({first.settings.object}, seed {first.seed})" in str(caught.value)
+    assert "Traceback" in caught.value.details
+    kept = {row["trial"] for row in records.read_rows(tmp_path / "trials.parquet")}
+    assert set(range(first.trial)) <= kept
+
+
+def test_an_unknown_column_is_named(tmp_path):
+    with pytest.raises(CampaignError, match="unknown column 'colour'"):
+        run_campaign(plan(), tmp_path, 1, trial=stand_ins.wrong_column)
+
+
+def test_an_exception_in_the_callback_keeps_the_trials_and_ends_the_workers(tmp_path):
+    def boom(row):
+        raise LookupError("boom")
+
+    start = time.monotonic()
+    with pytest.raises(LookupError, match="boom"):
+        run_campaign(plan(30), tmp_path, 2, trial=stand_ins.endless, on_trial=boom)
+    assert time.monotonic() - start < 30
+    assert len(records.read_rows(tmp_path / "trials.parquet")) == 1
+
+
+_RUN = """
+import sys
+sys.path.insert(0, "tests")
+import trial_stand_ins as stand_ins
+from test_campaign import plan
+from sdh_sim.campaign import run_campaign, CampaignError
+try:
+    run_campaign(
+        plan(int(sys.argv[2])), sys.argv[1], 2, resume=True, save_every=float(sys.argv[4]),
+        trial=getattr(stand_ins, sys.argv[3]), on_trial=lambda row: print(row["trial"], flush=True),
+    )
+except CampaignError as error:
+    print(error, file=sys.stderr)
+    sys.exit(error.status)
+"""
+
+
+def start(out: Path, trials: int, trial: str, save_every: float = 0.0) -> subprocess.Popen[str]:
+    # A group of its own: Ctrl-C in a terminal reaches the workers as well. A shell's background
+    # job ignores SIGINT, and children inherit that.
+    return subprocess.Popen(
+        [sys.executable, "-c", _RUN, str(out), str(trials), trial, str(save_every)],
+        cwd=REPO,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+
+
+def lines(process: subprocess.Popen[str], count: int) -> list[str]:
+    assert process.stdout is not None
+    return [process.stdout.readline().strip() for _ in range(count)]
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interrupt_keeps_what_is_finished(tmp_path, number, status):
+    process = start(tmp_path, 60, "slow", save_every=1000.0)
+    done = lines(process, 5)
+    os.killpg(process.pid, number) if number == signal.SIGINT else process.send_signal(number)
+    out, err = process.communicate(timeout=30)
+    assert process.returncode == status
+    kept = records.read_rows(tmp_path / "trials.parquet")
+    done += out.split()
+    assert {row["trial"] for row in kept} >= {int(trial) for trial in done if trial}
+    assert err == (
+        f"interrupted: {len(kept)} of 120 trials are kept in {tmp_path}/trials.parquet; "
+        f"continue with: sdh-sim lift --resume --out {tmp_path}\n"
+    )
+    state = json.loads((tmp_path / "run.json").read_text())["sessions"][0]["state"]
+    assert state == "interrupted"
+
+
+def test_an_interrupt_while_workers_start_is_quiet(tmp_path):
+    process = start(tmp_path, 60, "slow")
+    while not (tmp_path / "trials.parquet").exists():
+        time.sleep(0.01)
+    time.sleep(0.1)
+    os.killpg(process.pid, signal.SIGINT)
+    _, err = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert err.startswith("interrupted: ")
+    assert err.count("\n") == 1
+
+
+def test_an_interrupt_ends_trials_that_hang(tmp_path):
+    process = start(tmp_path, 60, "endless")
+    lines(process, 1)
+    time.sleep(0.5)
+    os.killpg(process.pid, signal.SIGINT)
+    process.communicate(timeout=20)
+    assert process.returncode == 130
+
+
+def test_kill_at_any_moment_then_resume_gives_the_same_bytes(tmp_path, whole):
+    rng = np.random.default_rng(2)
+    for _ in range(3):
+        process = start(tmp_path, 6, "slow")
+        lines(process, int(rng.integers(1, 4)))
+        time.sleep(float(rng.uniform(0, 0.05)))
+        os.kill(process.pid, signal.SIGKILL)
+        process.communicate(timeout=20)  # ends only when the orphaned workers are gone too
+        records.read_rows(tmp_path / "trials.parquet")
+    process = start(tmp_path, 6, "quick")
+    process.communicate(timeout=30)
+    assert table_bytes(tmp_path) == table_bytes(whole)
+    sessions = json.loads((tmp_path / "run.json").read_text())["sessions"]
+    assert sessions[0]["state"] == "killed"
+    assert sessions[-1]["state"] == "finished"
+
+
+def test_a_full_disk_keeps_the_last_table(tmp_path):
+    run_campaign(plan(3), tmp_path, 1, trial=stand_ins.quick)
+    limited = _RUN.replace(
+        "import sys\n",
+        "import sys, resource\nresource.setrlimit(resource.RLIMIT_FSIZE, (40000, 40000))\n",
+        1,
+    )
+    process = subprocess.run(
+        [sys.executable, "-c", limited, str(tmp_path), "60", "quick", "0"],
+        cwd=REPO,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert process.returncode == 2
+    assert len(records.read_rows(tmp_path / "trials.parquet")) == 6
+    assert process.stderr.startswith(f"cannot write to {tmp_path}: File too large; 6 of 120 trials")
+    assert process.stderr.count("\n") == 1
+    assert not list(tmp_path.glob("*.tmp"))
