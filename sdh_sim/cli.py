@@ -23,8 +23,7 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-_Out = Annotated[Path, typer.Option(help="Folder of the run, for example runs/box.")]
-_Runs = Annotated[list[Path], typer.Argument(help="Run folders (the --out of a lift).")]
+_SETTINGS = ("object", "trials", "seed", "workers", "rerun", "torque_limit", "sensor", "pads")
 
 
 def _version(wanted: bool) -> None:
@@ -49,7 +48,10 @@ def _root(
 
 @app.command()
 def lift(
-    out: _Out,
+    out: Annotated[
+        # Text, since Path("") is the current folder: an empty variable in a script would fill it.
+        str, typer.Option(metavar="FOLDER", help="Folder of the run, for example runs/box.")
+    ],
     object: Annotated[
         list[str] | None,
         typer.Option(help='Object to lift; give it again for more, or "all". See: sdh-sim objects'),
@@ -95,7 +97,10 @@ def lift(
         bool, typer.Option("--overwrite", help="Replace the run in --out.")
     ] = False,
 ) -> None:
-    """Grasp and lift objects at random; keep one row per trial in OUT/trials.parquet."""
+    """Run random grasp-and-lift trials.
+
+    FOLDER/trials.parquet gets one row per trial, FOLDER/run.json what it takes to repeat them.
+    """
     from sdh_sim import cli_lift
 
     asked = {"torque_limit": torque_limit, "sensor": sensor, "pads": pads}
@@ -117,10 +122,10 @@ def lift(
 
 @app.command()
 def compare(
-    runs: _Runs,
+    runs: Annotated[list[Path], typer.Argument(help="Run folders (the --out of a lift).")],
     csv: Annotated[Path | None, typer.Option(help="Write the numbers to this CSV file.")] = None,
 ) -> None:
-    """Compare predicted with simulated success: accuracy, rates and AUC per object."""
+    """Compare predicted with simulated success."""
     from sdh_sim import cli_compare
 
     cli_compare.compare(runs, csv)
@@ -145,7 +150,10 @@ def show(
 def demo(
     out: Annotated[Path, typer.Option(help="Folder for what it makes.")] = Path("demo"),
 ) -> None:
-    """A short run over all objects, its comparison, one picture and one recording."""
+    """Make a short run over all objects and look at it.
+
+    It ends with the comparison, one rendered picture and one rerun recording.
+    """
     from sdh_sim.demo import run_demo
 
     run_demo(out)
@@ -211,7 +219,11 @@ def _explain(error: Exception) -> int:
         if error.details and os.environ.get("SDH_SIM_TRACEBACK"):
             print(error.details, file=sys.stderr)
         return _say(str(error), error.status)
-    if isinstance(error, (SettingsError, RunError, RecordError)):
+    if isinstance(error, SettingsError):
+        name, colon, rest = str(error).partition(":")
+        option = "--" + name.replace("_", "-") if name in _SETTINGS else name
+        return _say(option + colon + rest, 2)
+    if isinstance(error, (RunError, RecordError)):
         return _say(str(error), 2)
     if isinstance(error, OSError):
         name = f"{error.filename}: " if error.filename else ""

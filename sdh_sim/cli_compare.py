@@ -34,7 +34,7 @@ def compare(runs: Sequence[Path], csv: Path | None = None) -> None:
         write_csv(results, csv)
     output().print(comparison_table(results))
     for line in notes(results, runs):
-        output().print(line, markup=False)
+        output().print(line, markup=False, soft_wrap=True)
 
 
 def _table_of(run: Path) -> Path:
@@ -66,7 +66,7 @@ def write_csv(results: Sequence[Comparison], path: Path) -> None:
 def comparison_table(results: Sequence[Comparison]) -> Table:
     """One line per object and metric; shares and their intervals in percent."""
     table = plain_table(
-        "object", "n", "success", "metric", "accuracy %", "TPR %", "FPR %", "AUC", left=1
+        "object", "n", "success", "metric", "accuracy %", "TPR %", "FPR %", "AUC", text=(0, 3)
     )
     group = None
     for result in results:

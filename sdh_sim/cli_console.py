@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Collection
 
 from rich import box
 from rich.console import Console
@@ -26,9 +27,9 @@ def _console(stderr: bool) -> Console:
     return Console(stderr=stderr, width=None if stream.isatty() else _FILE_WIDTH, highlight=False)
 
 
-def plain_table(*columns: str, left: int = 1) -> Table:
-    """A table with a rule below its head; the first ``left`` columns are text."""
+def plain_table(*columns: str, text: Collection[int] = (0,)) -> Table:
+    """A table with a rule below its head; columns at the positions ``text`` are set to the left."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for position, name in enumerate(columns):
-        table.add_column(name, justify="left" if position < left else "right")
+        table.add_column(name, justify="left" if position in text else "right")
     return table

@@ -49,7 +49,7 @@ class Asked:
 
 
 def lift(
-    out: Path,
+    out: str | Path,
     asked: Asked,
     *,
     workers: int | None = None,
@@ -83,7 +83,7 @@ def make_plan(asked: Asked, stored: RunPlan | None) -> RunPlan:
     names = tuple(dict.fromkeys(known if "all" in asked.objects else asked.objects))
     if not names:
         if stored is None:
-            raise SettingsError(f"--object is missing; give one of {', '.join(known)}, or all")
+            raise SettingsError(f"object: missing; give one of {', '.join(known)}, or all")
         names = stored.objects
     for name in names:
         if name not in known:
@@ -134,8 +134,8 @@ def _progress(plan: RunPlan) -> Iterator[OnTrial]:
 
 
 def summary(objects: Iterable[str], result: RunResult) -> Table:
-    """Per object: trials, successes, how the others failed, simulated seconds per worker second."""
-    table = plain_table("object", "trials", "success", "failures", "sim s / wall s")
+    """Per object: trials, successes, simulated seconds per worker second, how trials failed."""
+    table = plain_table("object", "trials", "success", "sim s / wall s", "failures", text=(0, 4))
     groups = {name: [r for r in result.rows.values() if r["object"] == name] for name in objects}
     for name, rows in groups.items():
         table.add_row(name, *_summary_cells(rows, result, [name]))
@@ -154,4 +154,4 @@ def _summary_cells(rows: list[Row], result: RunResult, objects: list[str]) -> li
     simulated = sum(result.sim_seconds.get(name, 0.0) for name in objects)
     wall = sum(result.wall_seconds.get(name, 0.0) for name in objects)
     speed = f"{simulated / wall:.1f}" if wall > 0 else "-"
-    return [str(len(rows)), share, ", ".join(named) or "-", speed]
+    return [str(len(rows)), share, speed, ", ".join(named) or "-"]

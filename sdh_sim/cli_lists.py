@@ -28,7 +28,7 @@ def hand() -> None:
     """Print the joints with their limits and the tactile pads."""
     from sdh_sim.hand import joint_table, pad_table
 
-    joints = plain_table("joint", "motor", "torque N m", "range rad", "speed rad/s", left=2)
+    joints = plain_table("joint", "motor", "torque N m", "range rad", "speed rad/s", text=(0, 1))
     for name, motor, torque, reach, speed in joint_table():
         joints.add_row(name, str(motor), f"{torque:.4g}", _range(reach), f"{speed:.3g}")
     pads = plain_table("pad", "rows", "columns", "live taxels", "pitch mm")

@@ -151,7 +151,9 @@ class RunFolder:
 
     def __init__(self, path: str | Path) -> None:
         if not str(path).strip():
-            raise RunError("the run folder's name is empty; give a path such as runs/box")
+            raise RunError(
+                "the name of the run folder is empty; give --out a path such as runs/box"
+            )
         self.path = Path(path)
         self.table = self.path / "trials.parquet"
         self.info = self.path / "run.json"

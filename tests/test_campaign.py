@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+import types
 import zlib
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from sdh_sim import records
 from sdh_sim.campaign import CampaignError, run_campaign
 from sdh_sim.run_folder import RunError, RunFolder, RunPlan, trial_seed
 from sdh_sim.settings import SettingsError, TrialSettings
+from sdh_sim.workers import Work
 
 REPO = Path(__file__).parents[1]
 OBJECTS = ("box", "oval_bottle")
@@ -281,6 +283,37 @@ def test_a_trial_that_raises_is_named_and_the_rest_kept(tmp_path):
 def test_an_unknown_column_is_named(tmp_path):
     with pytest.raises(CampaignError, match="unknown column 'colour'"):
         run_campaign(plan(), tmp_path, 1, trial=stand_ins.wrong_column)
+
+
+@pytest.mark.parametrize("rerun", ["all", "failures", "none"])
+def test_recordings_are_of_the_trials_asked_for(tmp_path, monkeypatch, rerun):
+    # The worker's side, in this process: the recording itself has tests of its own.
+    module = types.ModuleType("recording")
+    module.__dict__["write_recording"] = lambda log, path: path.write_text("recording")
+    monkeypatch.setitem(sys.modules, "sdh_sim.recording", module)
+    folder = RunFolder(tmp_path)
+    work = Work(stand_ins.quick, rerun, folder)
+    wanted = set()
+    for job in plan(6).jobs():
+        done = work(job)
+        assert done.row is not None
+        if rerun == "all" or (rerun == "failures" and not done.row["success"]):
+            wanted.add(f"{job.settings.object}-{job.index:06d}.rrd")
+    assert {path.name for path in tmp_path.glob("recordings/*")} == wanted
+    assert (len(wanted) == 0) == (rerun == "none")
+
+
+def test_a_recording_that_cannot_be_written_is_the_disks_fault(tmp_path, monkeypatch):
+    def refuse(log, path):
+        raise OSError(28, "No space left on device")
+
+    module = types.ModuleType("recording")
+    module.__dict__["write_recording"] = refuse
+    monkeypatch.setitem(sys.modules, "sdh_sim.recording", module)
+    done = Work(stand_ins.quick, "all", RunFolder(tmp_path))(plan().job(0))
+    assert done.row is None
+    assert done.disk
+    assert done.error == "OSError: [Errno 28] No space left on device"
 
 
 def test_an_exception_in_the_callback_keeps_the_trials_and_ends_the_workers(tmp_path):
