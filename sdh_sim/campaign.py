@@ -91,6 +91,8 @@ def run_campaign(
     """Run the trials that the folder lacks, in ``workers`` processes, and keep them there.
 
     The table's bytes depend on the plan alone: not on the number of workers, nor on interruptions.
+    Workers import the calling script anew: it must start the run below ``if __name__ ==
+    "__main__":``, as Python's multiprocessing asks.
 
     Args:
         plan: what to run; with ``resume`` it may ask for more trials than the run had.
@@ -120,8 +122,9 @@ def run_campaign(
     if on_trial is not None:
         for number in sorted(rows):
             on_trial(rows[number])
-    jobs = [job for job in plan.jobs() if job.trial not in rows]
-    workers = min(workers, max(len(jobs), 1))
+    finished = frozenset(rows)
+    jobs = (job for job in plan.jobs() if job.trial not in finished)
+    workers = min(workers, max(plan.total - len(finished), 1))
     keeper.begin(command, workers, rerun)
     work = Work(trial, rerun, keeper.folder)
     broken_by: BaseException | None = None

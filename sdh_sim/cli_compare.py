@@ -10,9 +10,9 @@ from pathlib import Path
 from rich.table import Table
 
 from sdh_sim import compare as statistics
+from sdh_sim.atomic import write_atomic
 from sdh_sim.cli_console import output, plain_table
 from sdh_sim.compare import Comparison, Rate
-from sdh_sim.records import write_atomic
 from sdh_sim.run_folder import RunError, RunFolder
 
 _NAMES = {"q_linf": "q* L∞", "q_l1": "q* L1"}

@@ -62,6 +62,12 @@ def lift(
     folder = RunFolder(out)
     stored = folder.read_plan() if resume and folder.holds_run() else None
     plan = make_plan(asked, stored)
+    if stored is not None and plan.trials > stored.trials and len(plan.objects) > 1:
+        errors().print(
+            f"note: trial numbers move, each object now has {plan.trials} in a row (it had "
+            f"{stored.trials})",
+            soft_wrap=True,
+        )
     with _progress(plan) as on_trial:
         result = run_campaign(
             plan,

@@ -6,9 +6,7 @@ pandas, polars and DuckDB open the file as it is; ``stack`` gives them back as o
 
 from __future__ import annotations
 
-import contextlib
 import io
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +15,8 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+
+from sdh_sim.atomic import write_atomic
 
 Row = dict[str, Any]
 
@@ -211,27 +211,6 @@ def write_rows(rows: Iterable[Mapping[str, Any]], path: Path) -> None:
     buffer = io.BytesIO()
     pq.write_table(to_table(rows), buffer, compression="zstd", write_page_checksum=True)
     write_atomic(path, buffer.getvalue())
-
-
-def write_atomic(path: Path, data: bytes) -> None:
-    """Replace the file's content in one step, on the disk before this returns."""
-    temporary = path.with_name(path.name + ".tmp")
-    try:
-        with open(temporary, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(temporary, path)
-    except OSError:
-        with contextlib.suppress(OSError):
-            temporary.unlink()
-        raise
-    if hasattr(os, "O_DIRECTORY"):  # the rename itself must outlive a power cut too
-        folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
 
 
 def read_table(path: Path, columns: Sequence[str] | None = None) -> pa.Table:

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from sdh_sim import records
+from sdh_sim.atomic import write_atomic
 from sdh_sim.settings import SettingsError, TrialSettings
 
 FORMAT = 1
@@ -204,6 +205,8 @@ class RunFolder:
     def write_error(self, error: OSError) -> RunError:
         """The one line for a folder that the disk or the system refuses."""
         reason = error.strerror or type(error).__name__
+        if isinstance(error, FileExistsError):
+            reason = "it is a file, not a folder"
         return RunError(
             f"cannot write to {self.path}: {reason}; choose another --out, or make it writable "
             "with room to spare"
@@ -215,6 +218,7 @@ class RunFolder:
             if not self.path.is_dir():
                 raise RunError(f"{self.path} is not a folder; give the --out of an earlier lift")
             data = json.loads(self.info.read_text(encoding="utf-8"))
+            json.dumps(data, allow_nan=False)  # what cannot be written again is damage too
         except RunError:
             raise
         except FileNotFoundError as error:
@@ -272,8 +276,8 @@ class RunFolder:
     def write_info(self, plan: RunPlan, sessions: list[dict[str, Any]]) -> None:
         """Keep the plan and the history of who ran it where; raises OSError."""
         data = {"format": FORMAT, **plan.to_dict(), "seed_rule": SEED_RULE, "sessions": sessions}
-        text = json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-        records.write_atomic(self.info, text.encode())
+        text = json.dumps(data, indent=2, allow_nan=False) + "\n"
+        write_atomic(self.info, text.encode())
 
 
 def versions() -> dict[str, str]:

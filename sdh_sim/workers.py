@@ -8,7 +8,7 @@ import os
 import signal
 import threading
 import traceback
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
@@ -96,7 +96,7 @@ class Work:
 
 
 def run_jobs(
-    jobs: Sequence[Job], workers: int, work: Callable[[Job], Done]
+    jobs: Iterable[Job], workers: int, work: Callable[[Job], Done]
 ) -> Generator[tuple[Job, Done], None, None]:
     """Each job with its outcome, as they finish.
 
@@ -111,8 +111,6 @@ def run_jobs(
     Raises:
         WorkerDied: a worker process ended without an answer.
     """
-    if not jobs:
-        return
     before = set(multiprocessing.active_children())
     pool = ProcessPoolExecutor(
         workers, mp_context=multiprocessing.get_context("spawn"), initializer=_start_worker

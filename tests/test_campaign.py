@@ -236,6 +236,11 @@ def test_a_trial_of_another_run_in_the_table_is_refused(tmp_path):
         (
             '{"format": 1, "objects": ["box"], "settings": {"torque_limit": [NaN, 1]}, '
             '"trials": 1, "seed": 0}',
+            "not JSON",
+        ),
+        (
+            '{"format": 1, "objects": ["box"], "settings": {"torque_limit": [0, 1]}, '
+            '"trials": 1, "seed": 0}',
             "torque_limit",
         ),
         (

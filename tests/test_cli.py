@@ -110,6 +110,7 @@ def test_an_out_that_cannot_be_written(tmp_path, capsys, quick):
         line = fails(capsys, *LIFT, out)
         assert f"cannot write to {out}" in line
         assert "choose another --out" in line
+    assert "it is a file, not a folder" in fails(capsys, *LIFT, tmp_path / "file")
     assert (tmp_path / "file").read_text() == ""
     assert "too long" in fails(capsys, *LIFT, tmp_path / ("x" * 300))
 
@@ -204,6 +205,14 @@ def test_resume_takes_the_runs_own_settings(tmp_path, quick):
     assert main([*LIFT, str(whole), "--trials", "5", *own]) == 0
     assert (out / "trials.parquet").read_bytes() == (whole / "trials.parquet").read_bytes()
     assert main(["lift", "--resume", "--out", str(out)]) == 0  # nothing left to do
+
+
+def test_growing_a_run_of_several_objects_says_that_numbers_move(tmp_path, capsys, quick):
+    out = str(tmp_path / "out")
+    assert main([*LIFT, out, "--object", "oval_bottle", "--trials", "1"]) == 0
+    assert "trial numbers move" not in capsys.readouterr().err
+    assert main(["lift", "--resume", "--out", out, "--trials", "2"]) == 0
+    assert "trial numbers move" in capsys.readouterr().err
 
 
 def test_a_dead_worker_is_one_line(tmp_path, capsys, monkeypatch):
