@@ -1,4 +1,4 @@
-"""Files that are whole or not there: what a crash, a kill or a full disk leaves behind is usable."""
+"""Files that are whole or not there, whatever crash, kill or full disk comes in between."""
 
 from __future__ import annotations
 

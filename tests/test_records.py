@@ -203,7 +203,7 @@ from pathlib import Path
 sys.path.insert(0, "tests")
 from trial_stand_ins import make_row
 from sdh_sim import records
-rows = []
+rows = [{**make_row("box", i), "trial": i} for i in range(int(sys.argv[2]))]
 while True:
     rows.append({**make_row("box", len(rows)), "trial": len(rows)})
     records.write_rows(rows, Path(sys.argv[1]))
@@ -211,20 +211,40 @@ while True:
 """
 
 
+def writer(path: Path, rows: int) -> subprocess.Popen[str]:
+    """A process that writes ever longer tables, each announced by a line."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", _WRITER, path, str(rows)],
+        cwd=REPO,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    process.stdout.readline()
+    return process
+
+
 def test_a_killed_writer_leaves_a_whole_table(tmp_path):
     rng = np.random.default_rng(5)
-    for attempt in range(4):
+    for attempt in range(3):
         path = tmp_path / f"{attempt}.parquet"
-        process = subprocess.Popen(
-            [sys.executable, "-c", _WRITER, path], cwd=REPO, stdout=subprocess.PIPE, text=True
-        )
-        assert process.stdout is not None
-        process.stdout.readline()
+        process = writer(path, 0)
         time.sleep(float(rng.uniform(0.0, 0.3)))
         process.kill()
-        said = process.stdout.read().split()
-        process.wait()
+        said = process.communicate()[0].split()
         found = records.read_rows(path)
         # Whoever was killed between the rename and the print has one row more than said.
         assert len(found) - int(said[-1] if said else 1) in (0, 1)
         assert [row["seed"] for row in found] == list(range(len(found)))
+
+
+def test_a_reader_never_sees_part_of_a_table(tmp_path):
+    path = tmp_path / "t"
+    process = writer(path, 500)
+    ends = set()
+    stop = time.monotonic() + 1.5
+    while time.monotonic() < stop:
+        ends.add(path.read_bytes()[-4:])
+    process.kill()
+    process.communicate()
+    assert ends == {b"PAR1"}
