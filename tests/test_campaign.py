@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
 import os
@@ -11,6 +12,7 @@ import sys
 import time
 import types
 import zlib
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -349,18 +351,31 @@ except CampaignError as error:
 """
 
 
-def start(out: Path, trials: int, trial: str, save_every: float = 0.0) -> subprocess.Popen[str]:
-    # A group of its own: Ctrl-C in a terminal reaches the workers as well. A shell's background
-    # job ignores SIGINT, and children inherit that.
-    return subprocess.Popen(
-        [sys.executable, "-c", _RUN, str(out), str(trials), trial, str(save_every)],
-        cwd=REPO,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-    )
+@pytest.fixture
+def start() -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    """Starts runs in processes of their own; what a failing test leaves of them is ended."""
+    started: list[subprocess.Popen[str]] = []
+
+    def run(out: Path, trials: int, trial: str, save_every: float = 0.0) -> subprocess.Popen[str]:
+        # A group of its own: Ctrl-C in a terminal reaches the workers as well. A shell's
+        # background job ignores SIGINT, and children inherit that.
+        process = subprocess.Popen(
+            [sys.executable, "-c", _RUN, str(out), str(trials), trial, str(save_every)],
+            cwd=REPO,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        )
+        started.append(process)
+        return process
+
+    yield run
+    for process in started:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
 
 
 def lines(process: subprocess.Popen[str], count: int) -> list[str]:
@@ -369,7 +384,7 @@ def lines(process: subprocess.Popen[str], count: int) -> list[str]:
 
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_an_interrupt_keeps_what_is_finished(tmp_path, number, status):
+def test_an_interrupt_keeps_what_is_finished(tmp_path, start, number, status):
     process = start(tmp_path, 60, "slow", save_every=1000.0)
     done = lines(process, 5)
     os.killpg(process.pid, number) if number == signal.SIGINT else process.send_signal(number)
@@ -386,7 +401,7 @@ def test_an_interrupt_keeps_what_is_finished(tmp_path, number, status):
     assert state == "interrupted"
 
 
-def test_an_interrupt_while_workers_start_is_quiet(tmp_path):
+def test_an_interrupt_while_workers_start_is_quiet(tmp_path, start):
     process = start(tmp_path, 60, "slow")
     while not (tmp_path / "trials.parquet").exists():
         time.sleep(0.01)
@@ -398,7 +413,7 @@ def test_an_interrupt_while_workers_start_is_quiet(tmp_path):
     assert err.count("\n") == 1
 
 
-def test_an_interrupt_ends_trials_that_hang(tmp_path):
+def test_an_interrupt_ends_trials_that_hang(tmp_path, start):
     process = start(tmp_path, 60, "endless")
     lines(process, 1)
     time.sleep(0.5)
@@ -407,7 +422,7 @@ def test_an_interrupt_ends_trials_that_hang(tmp_path):
     assert process.returncode == 130
 
 
-def test_kill_at_any_moment_then_resume_gives_the_same_bytes(tmp_path, whole):
+def test_kill_at_any_moment_then_resume_gives_the_same_bytes(tmp_path, start, whole):
     rng = np.random.default_rng(2)
     for _ in range(3):
         process = start(tmp_path, 6, "slow")
