@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from graspq.ellipsoid import EllipsoidSet
 from graspq.errors import GraspError, as_array, as_choice, as_number, as_unit
 
 AUGMENTATIONS = ("none", "fl", "hf", "sf")
@@ -81,12 +82,12 @@ def tangent_basis(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def contact_wrenches(
     contact: Contact,
-    edges: int = 12,
+    edges: int | None = 12,
     augment: str = "none",
     *,
     torque_scale: float = 1.0,
-    origin: Any = (0.0, 0.0, 0.0),
-) -> np.ndarray:
+    origin: ArrayLike = (0.0, 0.0, 0.0),
+) -> Any:
     """Return the vertices of a contact's wrench set at full normal force, shape (6, l).
 
     Every column is (force [N], moment [N m]) in the frame of the contact, the moment about
@@ -97,7 +98,8 @@ def contact_wrenches(
 
     Args:
         contact: the contact.
-        edges: number of points on the base, at least 3.
+        edges: number of points on the base, at least 3; None keeps the ellipsoid itself and
+            returns an ``EllipsoidSet``.
         augment: what acts at every taxel of ``contact.patch`` beside the centre's own set
             (equation 2): "none" nothing, "fl" a frictionless normal force, "hf" a hard-finger
             cone, "sf" the soft finger of the centre.
@@ -109,24 +111,53 @@ def contact_wrenches(
             "none" on a contact without a patch.
     """
     augment = as_choice("augment", augment, AUGMENTATIONS)
-    if isinstance(edges, bool) or not isinstance(edges, int | np.integer) or edges < 3:
-        raise GraspError(f"edges: expected an integer >= 3, got {edges!r}")
+    if edges is not None and (
+        isinstance(edges, bool) or not isinstance(edges, int | np.integer) or edges < 3
+    ):
+        raise GraspError(f"edges: expected an integer >= 3 or None, got {edges!r}")
     scale = as_number("torque_scale", torque_scale, positive=True)
     about = as_array("origin", origin, (3,))
+    if augment != "none" and contact.patch is None:
+        raise GraspError(f"augment: {augment!r} needs the taxels of the contact, but its"
+                         " patch is None; give a patch or augment='none'")
+    taxels = contact.patch if augment != "none" and contact.patch is not None else []
+    if edges is None:
+        return _ellipsoids(contact, taxels, augment, scale, about)
     force, spin = _friction_samples(contact, int(edges), soft=contact.max_torsion > 0)
     blocks = [_wrenches(contact.position - about, force, spin)]
-    if augment != "none":
-        if contact.patch is None:
-            raise GraspError(f"augment: {augment!r} needs the taxels of the contact, but its"
-                             " patch is None; give a patch or augment='none'")
-        if augment == "fl":
-            force, spin = contact.max_normal_force * contact.normal[:, None], np.zeros((3, 1))
-        elif augment == "hf":
-            force, spin = _friction_samples(contact, int(edges), soft=False)
-        blocks += [_wrenches(taxel - about, force, spin) for taxel in contact.patch]
+    if augment == "fl":
+        force, spin = contact.max_normal_force * contact.normal[:, None], np.zeros((3, 1))
+    elif augment == "hf":
+        force, spin = _friction_samples(contact, int(edges), soft=False)
+    blocks += [_wrenches(taxel - about, force, spin) for taxel in taxels]
     wrenches = np.hstack(blocks)
     wrenches[3:] *= scale
     return wrenches
+
+
+def _ellipsoids(
+    contact: Contact, taxels: Any, augment: str, scale: float, about: np.ndarray
+) -> EllipsoidSet:
+    a, b = tangent_basis(contact.normal)
+    push = contact.max_normal_force * contact.normal
+    side = contact.max_normal_force * contact.friction
+    force = np.column_stack([push, side * a, side * b, np.zeros(3)])
+    spin = np.zeros((3, 4))
+    spin[:, 3] = contact.max_torsion * contact.normal
+
+    def at(point: np.ndarray, twist: bool) -> np.ndarray:
+        wrench = _wrenches(point - about, force, spin if twist else 0.0 * spin)
+        wrench[3:] *= scale
+        return wrench
+
+    blocks = [at(contact.position, True)]
+    loose = np.zeros((6, 0))
+    if augment == "fl":
+        loose = np.column_stack([at(taxel, False)[:, 0] for taxel in taxels])
+    else:
+        blocks += [at(taxel, augment == "sf") for taxel in taxels]
+    stack = np.stack(blocks)
+    return EllipsoidSet(stack[:, :, 0].T, stack[:, :, 1:], loose)
 
 
 def _friction_samples(contact: Contact, edges: int, soft: bool) -> tuple[np.ndarray, np.ndarray]:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from graspq.errors import GraspError
+from graspq.scaling import INFEASIBLE, UNREACHABLE, TaskScaling, infeasible, nothing
 
 
 class LpScaling(NamedTuple):
@@ -59,3 +60,25 @@ def scale_by_lp(
     value = float(result.x[-1]) / length
     # A scale this far below the wrench set's own size is the solver's tolerance, not a wrench.
     return LpScaling(0.0 if result.x[-1] < 1e-9 else value, forces)
+
+
+def scale_all_by_lp(
+    grasp: list[np.ndarray], tasks: np.ndarray, bound: str, unloading: bool
+) -> TaskScaling:
+    """Return q* of a task set, one linear program (two without unloading) per task."""
+    best = [scale_by_lp(grasp, task, bound, unloading) for task in tasks.T]
+    values = np.array([s.value for s in best])
+    least = np.zeros(len(values))
+    if not unloading and np.isfinite(values).all():
+        least = np.array([scale_by_lp(grasp, task, bound, unloading, smallest=True).value
+                          for task in tasks.T])
+    j, count = int(np.argmin(values)), len(grasp)
+    value = float(values[j])
+    if not np.isfinite(value):
+        return infeasible(count, j, INFEASIBLE.format(j=j))
+    if least.max() > value * (1 + 1e-9) + 1e-12:
+        worst = int(np.argmax(least))
+        return infeasible(count, worst, INFEASIBLE.format(j=worst))
+    if value == 0.0 and unloading:
+        return nothing(count, j, UNREACHABLE.format(j=j))
+    return TaskScaling(value, value, value, j, best[j].forces)

@@ -7,12 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from graspq.errors import as_choice
-from graspq.sets import as_bound, as_grasp, as_tasks
+from graspq.errors import as_choice, as_number
+from graspq.sets import as_bound, as_polytopes, as_tasks, pack
 
-ENGINES = ("highs",)
+ENGINES = ("ray", "highs")
 UNREACHABLE = "task {j} lies outside the cone of wrenches that the contacts can exert"
-INFEASIBLE = "no scale q >= 0 puts every task inside the wrench space"
+FLAT = "task {j} lies outside the {rank}-dimensional span of what the contacts can exert"
+INFEASIBLE = ("no scale q >= 0 puts task {j} inside the wrench space: without unloading the"
+              " contacts press with their limit")
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,46 +46,46 @@ def task_scaling(
     tasks: Any,
     bound: str = "linf",
     unloading: bool = True,
-    engine: str = "highs",
+    engine: str = "ray",
+    tol: float = 1e-9,
 ) -> TaskScaling:
     """Return q*: how far the task wrenches can be scaled inside the grasp wrench space.
 
     Args:
-        wrenches: one (6, l_i) array per contact, from ``contact_wrenches``.
+        wrenches: one (6, l_i) array or ``EllipsoidSet`` per contact, from ``contact_wrenches``.
         tasks: task wrenches, shape (6, m), in the same frame, origin and torque scale.
         bound: "linf" bounds every contact by itself (equation 9), "l1" the sum (equation 10).
         unloading: contacts may press with less than their limit (Σ λ <= 1). False takes the
             equations to the letter (Σ λ = 1).
-        engine: "highs", a linear program per task.
+        engine: "ray", compiled ray shooting, or "highs", a linear program per task: slower
+            and independent.
+        tol: relative gap between ``lower`` and ``upper`` at which ellipsoids are accurate
+            enough; polytopes are solved to round-off unless it is above 1e-9.
 
     Raises:
-        GraspError: for bad input.
+        GraspError: for bad input, ellipsoids with engine "highs", or a gap that does not
+            close within the iteration cap.
     """
-    grasp = as_grasp(wrenches)
-    bound = as_bound(bound)
-    columns = as_tasks(tasks)
     as_choice("engine", engine, ENGINES)
-    return _by_highs(grasp, columns, bound, unloading)
+    bound = as_bound(bound)
+    if engine == "highs":
+        from graspq.lp import scale_all_by_lp
+
+        return scale_all_by_lp(as_polytopes(wrenches, "engine 'highs'"), as_tasks(tasks), bound,
+                               unloading)
+    from graspq.ray import scale_by_ray
+
+    gap = as_number("tol", tol, positive=True)
+    return scale_by_ray(pack(wrenches, bound, unloading), as_tasks(tasks), gap)
 
 
-def _by_highs(
-    grasp: list[np.ndarray], tasks: np.ndarray, bound: str, unloading: bool
-) -> TaskScaling:
-    from graspq.lp import scale_by_lp
+def nothing(contacts: int, critical: int, reason: str, upper: float = 0.0) -> TaskScaling:
+    """The result for a task that cannot be exerted at all."""
+    forces = np.zeros((contacts, 6))
+    return TaskScaling(0.0, 0.0, upper, critical, forces, reason)
 
-    highest, lowest = [], []
-    for task in tasks.T:
-        solution = scale_by_lp(grasp, task, bound, unloading)
-        highest.append(solution)
-        lowest.append(0.0 if unloading else scale_by_lp(
-            grasp, task, bound, unloading, smallest=True).value)
-    values = np.array([s.value for s in highest])
-    j = int(np.argmin(values))
-    best = highest[j]
-    count = len(grasp)
-    if not np.isfinite(values[j]) or max(lowest) > values[j] * (1 + 1e-9) + 1e-12:
-        return TaskScaling(-np.inf, -np.inf, -np.inf, j, np.full((count, 6), np.nan), INFEASIBLE)
-    if best.value == 0.0:
-        reason = UNREACHABLE.format(j=j)
-        return TaskScaling(0.0, 0.0, 0.0, j, np.zeros((count, 6)), reason)
-    return TaskScaling(best.value, best.value, best.value, j, best.forces)
+
+def infeasible(contacts: int, critical: int, reason: str) -> TaskScaling:
+    """The result when no scale is feasible."""
+    forces = np.full((contacts, 6), np.nan)
+    return TaskScaling(-np.inf, -np.inf, -np.inf, critical, forces, reason)

@@ -1,0 +1,215 @@
+"""Compiled ε: grow the hull at its nearest facet until that facet supports the set."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from graspq._flat import spread
+from graspq._hull import (
+    ALIVE,
+    DONE,
+    FULL,
+    GROWN,
+    ask,
+    insert,
+    jog_vertex,
+    known,
+    simplex,
+)
+from graspq._oracle import invert
+from graspq._ray import CAPPED, SOLVED, shoot
+
+STUCK, SMALL, COARSE, FLAT = 3, 4, 5, 6
+
+
+@njit(cache=True, nogil=True)
+def nearest(body, size, stop, small, jog, seed, max_facets, max_vertices):
+    """Return (status, lower, upper, facets made) of the largest ball around the origin.
+
+    The origin must lie strictly inside the set. COARSE asks for a smaller ``jog``.
+
+    ``lower`` is the distance of the nearest facet of the hull and ``upper`` the support of its
+    normal; they meet within ``stop``. SMALL says that an artificial vertex is still on it.
+    """
+    vertices, jogged = np.empty((max_vertices, 6)), np.empty((max_vertices, 6))
+    facets = np.empty((max_facets, 6), np.int32)
+    links = np.empty((max_facets, 6), np.int32)
+    planes = np.empty((max_facets, 6))
+    state, mark = np.zeros(max_facets, np.int8), np.zeros(max_facets, np.int32)
+    length = np.zeros(max_facets)
+    stack, free = np.empty(max_facets, np.int32), np.empty(max_facets, np.int32)
+    fresh, edge = np.empty(max_facets, np.int32), np.empty((1, max_facets))
+    table = np.empty(1 << int(np.ceil(np.log2(12.0 * max_facets))), np.int32)
+    tags = np.empty(table.shape[0], np.int64)
+    score, choice = np.empty(body[0].shape[1]), np.empty(body[1].shape[0] - 1, np.int64)
+    direction, vertex = np.empty(6), np.empty(6)
+    count, top = simplex(small, vertices, jogged, facets, links, planes, state)
+    free_count = 0
+    for f in range(top):
+        length[f] = _length(planes, f, size)
+    upper, confirmed, distance = np.inf, np.inf, 0.0
+    for step in range(20 * max_vertices):
+        # The facet nearest the origin has the longest u.
+        f, most = -1, 0.0
+        for g in range(top):
+            if state[g] == ALIVE and length[g] > most:
+                f, most = g, length[g]
+        if f < 0:
+            break
+        distance = 1.0 / most
+        artificial = False
+        for k in range(6):
+            artificial = artificial or facets[f, k] < 7
+        # What jogging may change is relative to how flat the set is along u.
+        noise = 0.0
+        for r in range(6):
+            noise += jog * abs(planes[f, r])
+        coarse = noise > 1e-4 and not artificial
+        if confirmed < np.inf and distance > confirmed * (1.0 + 10.0 * noise):
+            break
+        plane = planes[f].copy()
+        exact = False
+        if not artificial:
+            exact = _exact_plane(f, facets, vertices, plane)
+            if not exact:
+                plane[:] = planes[f]
+        h = ask(plane, size, body, score, choice, direction, vertex)
+        reach = 0.0
+        for r in range(6):
+            reach += direction[r] * direction[r]
+        reach = np.sqrt(reach)
+        if h > 0.0:
+            upper = min(upper, h / reach)
+        elif h <= 0.0:
+            return SMALL, 0.0, 0.0, top
+        if exact and h <= 1.0 + 1e-12:
+            if coarse:
+                return COARSE, distance, upper, top
+            confirmed = min(confirmed, h / reach)
+            state[f] = DONE
+            continue
+        if stop > 1e-12 and upper - distance <= stop * upper and not artificial:
+            return GROWN, distance, upper, top
+        if count >= max_vertices:
+            return FULL, distance, upper, top
+        grows = False
+        for way in range(2):
+            if way == 1:
+                # An exact plane through a sliver points anywhere: ask along the jogged one.
+                ask(planes[f], size, body, score, choice, direction, vertex)
+            if known(vertex, vertices, count) < 0:
+                vertices[count] = vertex
+                jog_vertex(vertex, count, jog, seed, jogged[count])
+                grows = _height_of(planes, f, jogged[count]) > 1.0
+            if grows or not exact:
+                break
+        if not grows:
+            if artificial:
+                return SMALL, 0.0, upper, top
+            if coarse:
+                return COARSE, distance, upper, top
+            state[f] = DONE
+            continue
+        status, top, free_count, made = insert(
+            count, f, top, jogged, facets, links, planes, state, mark, step + 1, stack, edge,
+            free, free_count, table, tags, fresh)
+        if status != GROWN:
+            return status, distance, upper, top
+        for i in range(made):
+            length[fresh[i]] = _length(planes, fresh[i], size)
+        count += 1
+    if confirmed == np.inf:
+        return STUCK, distance, upper, top
+    return GROWN, confirmed, confirmed, top
+
+
+@njit(cache=True, nogil=True)
+def strictly_inside(body, inner, size):
+    """Return (status, inside): whether the origin is interior to a set of full dimension.
+
+    It is when the set, seen from its inner point, reaches past the origin.
+    """
+    points, starts, centres, axes, balls, zero, _ = body
+    far = 0.0
+    for r in range(6):
+        far = max(far, abs(inner[r]) / size[r])
+    if far <= 1e-12:
+        return SOLVED, True
+    score, choice = np.empty(points.shape[1]), np.empty(starts.shape[0] - 1, np.int64)
+    state = (np.empty((6, 6)), np.empty((6, 6)), np.empty((6, 6)), np.zeros(6, np.int64),
+             np.zeros(6))
+    stop = 1e-9 if centres.shape[1] > 0 else 1e-12
+    if not zero:
+        body = (points, starts, centres, axes, balls, zero, inner)
+    status, value, _, _ = shoot(
+        state, False, -inner, size, body, np.zeros((0, 6)), stop, score, choice)
+    return status, status == SOLVED and (zero or value > 1.0 + 1e-9)
+
+
+@njit(cache=True, nogil=True)
+def ball(body, stop, max_facets, max_vertices):
+    """Return (status, lower, value) of the largest ball around the origin; 0 when outside."""
+    inner, size = np.empty(6), np.empty(6)
+    if spread(body, inner, size, np.empty((6, 6))) == 0.0:
+        return FLAT, 0.0, 0.0
+    status, inside = strictly_inside(body, inner, size)
+    if status == CAPPED:
+        return STUCK, 0.0, 0.0
+    if not inside:
+        return GROWN, 0.0, 0.0
+    status, lower, upper = STUCK, 0.0, 0.0
+    # Points of a smooth set share no plane by chance, and their spacing must stay above the jog.
+    power = -7.0 if body[2].shape[1] == 0 else -10.0
+    for attempt in range(12):
+        jog = 10.0 ** power
+        status, lower, upper, _ = nearest(
+            body, size, stop, 1e-2 * jog, jog, attempt, max_facets, max_vertices)
+        if status in (GROWN, FULL):
+            return status, lower, upper
+        if status in (COARSE, SMALL) or attempt % 3 == 2:
+            power -= 1.0
+        if power < -12.0:
+            break
+    if status == SMALL:
+        return GROWN, 0.0, 0.0
+    return status, lower, upper
+
+
+@njit(cache=True, nogil=True)
+def _length(planes, f, size):
+    total = 0.0
+    for r in range(6):
+        total += (planes[f, r] / size[r]) ** 2
+    return np.sqrt(total)
+
+
+@njit(cache=True, nogil=True)
+def _height_of(planes, f, v):
+    total = 0.0
+    for r in range(6):
+        total += planes[f, r] * v[r]
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _exact_plane(f, facets, vertices, plane):
+    """Solve u·v = 1 through the exact vertices of f; False when they do not span it."""
+    matrix, inverse = np.empty((6, 6)), np.empty((6, 6))
+    for k in range(6):
+        for r in range(6):
+            matrix[k, r] = vertices[facets[f, k], r]
+    if not invert(matrix, inverse):
+        return False
+    for r in range(6):
+        total = 0.0
+        for k in range(6):
+            total += inverse[r, k]
+        plane[r] = total
+    for k in range(6):
+        total = 0.0
+        for r in range(6):
+            total += plane[r] * matrix[k, r]
+        if not abs(total - 1.0) < 1e-9:
+            return False
+    return True

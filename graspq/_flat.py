@@ -1,0 +1,81 @@
+"""Compiled check whether a wrench space spans all six directions, and its inner point."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from graspq._ray import extent
+
+
+@njit(cache=True, nogil=True)
+def _add(scatter, x):
+    for r in range(6):
+        for c in range(r + 1):
+            scatter[r, c] += x[r] * x[c]
+
+
+@njit(cache=True, nogil=True)
+def spread(body, inner, size, scatter):
+    """Write a relative inner point, the extent and the scatter; return the smallest pivot.
+
+    The scatter matrix of the atoms (about each body's mean when the origin is no vertex) is
+    in units of ``size``; a pivot below 1e-14 of the largest is round-off, or nearly so, and
+    is returned as 0.
+    """
+    points, starts, centres, axes, balls, zero, _ = body
+    extent(body, size)
+    scatter[:, :] = 0.0
+    inner[:] = 0.0
+    x, mean = np.empty(6), np.empty(6)
+    for i in range(starts.shape[0] - 1):
+        count = starts[i + 1] - starts[i] + balls[i + 1] - balls[i]
+        for r in range(6):
+            total = 0.0
+            for k in range(starts[i], starts[i + 1]):
+                total += points[r, k]
+            for k in range(balls[i], balls[i + 1]):
+                total += centres[r, k]
+            mean[r] = total / (count + 1 if zero else count)
+            inner[r] += mean[r]
+        if zero:
+            mean[:] = 0.0
+        for k in range(starts[i], starts[i + 1]):
+            for r in range(6):
+                x[r] = (points[r, k] - mean[r]) / size[r]
+            _add(scatter, x)
+        for k in range(balls[i], balls[i + 1]):
+            for r in range(6):
+                x[r] = (centres[r, k] - mean[r]) / size[r]
+            _add(scatter, x)
+            for c in range(3):
+                for r in range(6):
+                    x[r] = axes[k, r, c] / size[r]
+                _add(scatter, x)
+    return _smallest_pivot(scatter)
+
+
+@njit(cache=True, nogil=True)
+def _smallest_pivot(scatter):
+    a = scatter.copy()
+    used = np.zeros(6, np.bool_)
+    first = 0.0
+    pivot = 0.0
+    for step in range(6):
+        p = -1
+        for r in range(6):
+            if not used[r] and (p < 0 or a[r, r] > a[p, p]):
+                p = r
+        pivot = a[p, p]
+        if step == 0:
+            first = pivot
+        if not pivot > max(1e-14 * first, 1e-26):
+            return 0.0
+        used[p] = True
+        for r in range(6):
+            for c in range(r + 1):
+                if not used[r] and not used[c]:
+                    rp = a[r, p] if r >= p else a[p, r]
+                    cp = a[c, p] if c >= p else a[p, c]
+                    a[r, c] -= rp * cp / pivot
+    return pivot / first

@@ -1,0 +1,362 @@
+"""Compiled ray shooting: how far a task wrench reaches inside a wrench space.
+
+The reach q along t has 1/q = min Σ λ subject to Σ λ_j v_j = t over the vertices v_j of a set
+that holds the origin. Six vertices whose cone contains t are a basis B; u = B⁻ᵀ 1 asks the
+support oracle for the vertex v most in need, which the ratio test pivots in. Any such u proves
+1 / (u·t) <= q <= h(u) / (u·t). The basis starts from six artificial vertices that are too small
+to matter.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from graspq._oracle import add_atom, invert, support
+
+SOLVED, ZERO, CAPPED = 0, 1, 2
+SMALL, TINY = 1e-3, 1e-9
+REAL, PAD, ARTIFICIAL = 0, 1, 2
+
+
+@njit(cache=True, nogil=True)
+def _price(u, body, pads, score, choice, out):
+    """Support of the set together with the pads ±p that stand for directions it lacks."""
+    points, starts, centres, axes, balls, zero, shift = body
+    h = support(u, points, starts, centres, axes, balls, zero, shift, score, choice, out)
+    kind = REAL
+    for k in range(pads.shape[0]):
+        along = 0.0
+        for r in range(6):
+            along += u[r] * pads[k, r]
+        if abs(along) > h:
+            h, kind = abs(along), PAD
+            for r in range(6):
+                out[r] = pads[k, r] if along > 0 else -pads[k, r]
+    return h, kind
+
+
+@njit(cache=True, nogil=True)
+def _replace(state, leave, vertex, u, kind, column):
+    """Pivot ``vertex`` into place ``leave``; ``column`` is B⁻¹ times the vertex."""
+    basis, inverse, directions, kinds, _ = state
+    scale = 1.0 / column[leave]
+    for c in range(6):
+        inverse[leave, c] *= scale
+    for r in range(6):
+        if r != leave and column[r] != 0.0:
+            for c in range(6):
+                inverse[r, c] -= column[r] * inverse[leave, c]
+    for r in range(6):
+        basis[r, leave] = vertex[r]
+        directions[leave, r] = u[r]
+    kinds[leave] = kind
+
+
+@njit(cache=True, nogil=True)
+def _times(inverse, vector, out):
+    for r in range(6):
+        total = 0.0
+        for c in range(6):
+            total += inverse[r, c] * vector[c]
+        out[r] = total
+
+
+@njit(cache=True, nogil=True)
+def _row_sum(inverse, u):
+    for c in range(6):
+        u[c] = (inverse[0, c] + inverse[1, c] + inverse[2, c]
+                + inverse[3, c] + inverse[4, c] + inverse[5, c])
+
+
+@njit(cache=True, nogil=True)
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]
+
+
+@njit(cache=True, nogil=True)
+def start_basis(state, task, size):
+    """Set up the artificial basis around ``task`` for a set of extent ``size`` per row."""
+    basis, inverse, directions, kinds, _ = state
+    basis[:, :] = 0.0
+    inverse[:, :] = 0.0
+    directions[:, :] = 0.0
+    for r in range(6):
+        length = SMALL * size[r] if task[r] >= 0.0 else -SMALL * size[r]
+        basis[r, r] = length
+        inverse[r, r] = 1.0 / length
+        kinds[r] = ARTIFICIAL
+
+
+@njit(cache=True, nogil=True)
+def _primal(state, target, task, body, pads, stop, cap, score, choice):
+    """Pivot until no vertex improves ``target``; return (solved, upper bound on q, steps)."""
+    inverse = state[1]
+    u, vertex = np.empty(6), np.empty(6)
+    weight, column = np.empty(6), np.empty(6)
+    upper = np.inf
+    for step in range(cap):
+        if step % 40 == 39 and not invert(state[0], inverse):
+            return False, upper, step
+        _row_sum(inverse, u)
+        h, kind = _price(u, body, pads, score, choice, vertex)
+        reach = _dot(u, task)
+        if reach > 0.0 and h / reach < upper:
+            upper = h / reach
+        if h <= 1.0 + stop:
+            return True, upper, step
+        _times(inverse, target, weight)
+        _times(inverse, vertex, column)
+        leave, ratio = -1, np.inf
+        for r in range(6):
+            if column[r] > 1e-11:
+                value = max(weight[r], 0.0) / column[r]
+                if leave < 0 or value < ratio * (1.0 - 1e-13) or (
+                    value <= ratio * (1.0 + 1e-13) and column[r] > column[leave]
+                ):
+                    leave, ratio = r, value
+        _replace(state, leave, vertex, u, kind, column)
+    return False, upper, cap
+
+
+@njit(cache=True, nogil=True)
+def _dual(state, task, body, pads, stop, cap, score, choice):
+    """Keep u feasible and make the weights of ``task`` non-negative.
+
+    Returns 0 when done, 1 when no weights exist (the task is outside the cone), 2 at the cap.
+    """
+    inverse = state[1]
+    u, vertex, trial = np.empty(6), np.empty(6), np.empty(6)
+    weight, column = np.empty(6), np.empty(6)
+    for step in range(cap):
+        if step % 20 == 19 and not invert(state[0], inverse):
+            return 2
+        _times(inverse, task, weight)
+        leave, worst, total = -1, 0.0, 0.0
+        for r in range(6):
+            total += abs(weight[r])
+            if weight[r] < worst:
+                leave, worst = r, weight[r]
+        noise = 1e-13 * total
+        if leave >= 0:
+            for c in range(6):
+                noise = max(noise, 1e-15 * abs(inverse[leave, c] * task[c]))
+        if leave < 0 or worst >= -noise:
+            return 0
+        # Tilt u about the five other vertices until the next vertex of the set supports it.
+        _row_sum(inverse, u)
+        row = inverse[leave].copy()
+        for r in range(6):
+            trial[r] = -row[r]
+        h, kind = _price(trial, body, pads, score, choice, vertex)
+        if h <= 1e-12:
+            return 1
+        direction = trial.copy()
+        for _ in range(60):
+            fall = -_dot(row, vertex)
+            angle = max(1.0 - _dot(u, vertex), 0.0) / fall
+            direction[:] = trial
+            for r in range(6):
+                trial[r] = u[r] - angle * row[r]
+            new = column
+            h, kind_new = _price(trial, body, pads, score, choice, new)
+            if h <= 1.0 + stop or -_dot(row, new) <= 1e-12:
+                break
+            kind = kind_new
+            vertex[:] = new
+        _times(inverse, vertex, column)
+        if column[leave] > -1e-11:
+            return 2
+        _replace(state, leave, vertex, direction, kind, column)
+    return 2
+
+
+@njit(cache=True, nogil=True)
+def _settle(state, task, size, body, pads, score, choice, stop):
+    """Refactor, recompute and return (good, value, upper, share left on artificials)."""
+    basis, inverse, _, kinds, weights = state
+    u, vertex = np.empty(6), np.empty(6)
+    if not invert(basis, inverse):
+        return False, 0.0, np.inf, 1.0
+    _times(inverse, task, weights)
+    _row_sum(inverse, u)
+    total, real, left = 0.0, 0.0, 0.0
+    for r in range(6):
+        total += abs(weights[r])
+        if kinds[r] == ARTIFICIAL:
+            # As a length beside the task's, both in units of the set's extent.
+            length, far = 0.0, 0.0
+            for c in range(6):
+                length = max(length, abs(basis[c, r]) / size[c])
+                far = max(far, abs(task[c]) / size[c])
+            left = max(left, abs(weights[r]) * length / far)
+        else:
+            real += max(weights[r], 0.0)
+    h, _ = _price(u, body, pads, score, choice, vertex)
+    reach = _dot(u, task)
+    upper = h / reach if reach > 0.0 else np.inf
+    # Dropping a negative weight must cost no more than round-off of the task itself.
+    for c in range(6):
+        rest, big = task[c], abs(task[c])
+        for r in range(6):
+            part = basis[c, r] * weights[r]
+            big = max(big, abs(part))
+            if weights[r] > 0.0:
+                rest -= part
+        if abs(rest) > 1e-11 * big and abs(rest) > 1e-12 * total * size[c]:
+            return False, 0.0, upper, left
+    value = 1.0 / real if real > 0.0 else 0.0
+    good = h <= 1.0 + 4.0 * stop + 2e-10 and (left > 1e-12 or value <= upper * (1.0 + 4e-10))
+    return good, min(value, upper), upper, left
+
+
+@njit(cache=True, nogil=True)
+def _separate(state, task, size, body, pads, score, choice):
+    """Upper bound from the plane of the real basis vertices; inf when it cuts the set.
+
+    The plane holds the origin and every vertex of the basis but the artificial ones. When the
+    whole set lies below it and the task above, no multiple of the task can be reached.
+    """
+    inverse, kinds = state[1], state[3]
+    u, vertex = np.zeros(6), np.empty(6)
+    for r in range(6):
+        if kinds[r] == ARTIFICIAL:
+            for c in range(6):
+                u[c] += inverse[r, c]
+    h, _ = _price(u, body, pads, score, choice, vertex)
+    reach = _dot(u, task)
+    length, far = 0.0, 0.0
+    for r in range(6):
+        length += abs(u[r]) * size[r]
+        far += abs(u[r] * task[r])
+    if h > 1e-11 * length or reach <= 1e-9 * far:
+        return np.inf
+    return max(h, 0.0) / reach
+
+
+@njit(cache=True, nogil=True)
+def shoot(state, warm, task, size, body, pads, stop, score, choice):
+    """Return (status, value, lower, upper) of the reach along ``task``.
+
+    ``state`` = (basis, inverse, directions, kinds, weights) is kept for the next task, which
+    may start warm from it.
+    """
+    kinds = state[3]
+    # The task's own length in units of the set decides what counts as zero reach.
+    far = 0.0
+    for r in range(6):
+        far = max(far, abs(task[r]) / size[r])
+    zero = TINY / far
+    if warm and _dual(state, task, body, pads, stop, 60, score, choice) == 0:
+        good, value, upper, left = _settle(state, task, size, body, pads, score, choice, stop)
+        if good and left == 0.0:
+            return SOLVED, value, value, max(upper, value)
+    cap = 400 if body[3].shape[0] == 0 else 4000
+    jitter = 1e-10
+    best = np.inf
+    for attempt in range(4):
+        start_basis(state, task, size)
+        target = task.copy()
+        for r in range(6):
+            push = jitter * far * size[r] * (1.0 + 0.37 * ((r * 5 + 3 * attempt) % 7))
+            target[r] += push if task[r] >= 0.0 else -push
+        shrunk = False
+        while True:
+            done, upper, _ = _primal(state, target, task, body, pads, stop, cap, score, choice)
+            best = min(best, upper)
+            if not done:
+                break
+            if best > zero:
+                _dual(state, task, body, pads, stop, 200, score, choice)
+            good, value, upper, left = _settle(state, task, size, body, pads, score, choice, stop)
+            best = min(best, upper)
+            if left > 1e-12:
+                best = min(best, _separate(state, task, size, body, pads, score, choice))
+            if best <= zero:
+                return ZERO, 0.0, 0.0, best
+            if not good:
+                break
+            if left <= 1e-12:
+                return SOLVED, value, value, max(best, value)
+            if shrunk:
+                return ZERO, 0.0, 0.0, best
+            for r in range(6):
+                if kinds[r] == ARTIFICIAL:
+                    for c in range(6):
+                        state[0][c, r] *= TINY / SMALL * 1e-2
+            shrunk = True
+            if not invert(state[0], state[1]):
+                break
+        jitter *= 30.0
+    return CAPPED, 0.0, 0.0, best
+
+
+@njit(cache=True, nogil=True)
+def collect(state, value, body, owners, ball_owners, score, choice, forces):
+    """Write the contacts' wrenches (n, 6) at the optimum, from the basis and its weights."""
+    points, starts, centres, axes, balls, zero, shift = body
+    _, _, directions, kinds, weights = state
+    forces[:, :] = 0.0
+    vertex = np.empty(6)
+    total = 0.0
+    for j in range(6):
+        total += max(weights[j], 0.0) if kinds[j] == REAL else 0.0
+    for j in range(6):
+        if kinds[j] != REAL or weights[j] <= 0.0:
+            continue
+        u = directions[j]
+        support(u, points, starts, centres, axes, balls, zero, shift, score, choice, vertex)
+        for i in range(choice.shape[0]):
+            pick = choice[i]
+            if pick == -1:
+                continue
+            contact = owners[pick] if pick >= 0 else ball_owners[-2 - pick]
+            add_atom(u, points, centres, axes, pick, weights[j] / total, forces[contact])
+
+
+@njit(cache=True, nogil=True)
+def extent(body, size):
+    """Largest absolute entry per row of the atoms; 1 for a row without any."""
+    points, _, centres, axes, _, _, shift = body
+    for r in range(6):
+        big = abs(shift[r])
+        for k in range(points.shape[1]):
+            big = max(big, abs(points[r, k]))
+        for k in range(centres.shape[1]):
+            big = max(big, abs(centres[r, k]))
+            for c in range(3):
+                big = max(big, abs(axes[k, r, c]))
+        size[r] = big
+    most = size.max()
+    for r in range(6):
+        size[r] = max(size[r], 1e-6 * most)
+
+
+@njit(cache=True, nogil=True)
+def reach(tasks, body, pads, stop, owners, ball_owners, forces):
+    """Return (status, value, lower, upper, critical) of the task set, smallest reach first."""
+    score, choice = np.empty(body[0].shape[1]), np.empty(body[1].shape[0] - 1, np.int64)
+    state = (np.empty((6, 6)), np.empty((6, 6)), np.empty((6, 6)), np.zeros(6, np.int64),
+             np.zeros(6))
+    size, task = np.empty(6), np.empty(6)
+    extent(body, size)
+    value, lower, upper, critical = np.inf, np.inf, np.inf, -1
+    warm = False
+    for j in range(tasks.shape[1]):
+        for r in range(6):
+            task[r] = tasks[r, j]
+        status, q, low, high = shoot(state, warm, task, size, body, pads, stop, score, choice)
+        if status == CAPPED:
+            return CAPPED, q, low, high, j
+        warm = status == SOLVED
+        for r in range(6):
+            warm = warm and state[3][r] != ARTIFICIAL
+        lower, upper = min(lower, low), min(upper, high)
+        if q < value:
+            value, critical = q, j
+            if status == SOLVED:
+                collect(state, value, body, owners, ball_owners, score, choice, forces)
+            else:
+                forces[:, :] = 0.0
+                return ZERO, 0.0, 0.0, high, j
+    return SOLVED, value, lower, upper, critical

@@ -1,0 +1,154 @@
+"""q* by ray shooting: flat spaces, sets that miss the origin, and the result's words."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from graspq._flat import spread
+from graspq._line import EMPTY, between
+from graspq._ray import SOLVED, ZERO, reach
+from graspq.errors import GraspError
+from graspq.scaling import FLAT, INFEASIBLE, UNREACHABLE, TaskScaling, infeasible, nothing
+from graspq.sets import Packed
+
+NO_PADS = np.zeros((0, 6))
+RANK = 1e-10
+IN_SPAN = 1e-9
+
+
+def scale_by_ray(packed: Packed, tasks: np.ndarray, tol: float) -> TaskScaling:
+    """Return q* of a checked grasp and task set."""
+    stop = tol if packed.smooth or tol > 1e-9 else 1e-12
+    inner, size = np.empty(6), np.empty(6)
+    body = packed.body
+    pads = NO_PADS
+    if spread(body, inner, size, np.empty((6, 6))) == 0.0:
+        pads = missing_directions(packed, size)
+        if pads.shape[0]:
+            settled = _into_span(packed, tasks, inner, size, pads, stop)
+            if isinstance(settled, TaskScaling):
+                return settled
+            tasks = settled
+    forces = np.zeros((packed.contacts, 6))
+    if body[5]:
+        status, value, lower, upper, j = reach(
+            tasks, body, pads, stop, packed.owners, packed.ball_owners, forces)
+    else:
+        status, value, j = between(tasks, inner, size, body, pads, stop, packed.owners,
+                                   packed.ball_owners, forces)
+        lower, upper = value * (1 - stop), value * (1 + stop)
+    if status == SOLVED:
+        return TaskScaling(value, lower, upper, int(j), forces)
+    if status == ZERO:
+        return nothing(packed.contacts, int(j), UNREACHABLE.format(j=j), upper)
+    if status == EMPTY:
+        return infeasible(packed.contacts, int(j), INFEASIBLE.format(j=j))
+    if not packed.smooth:
+        return _by_lp(packed, tasks)
+    raise GraspError(f"task_scaling: task {j} did not converge to {tol:g} (the grasp is close to"
+                     " degenerate); try a larger tol, or a number of edges")
+
+
+def _by_lp(packed: Packed, tasks: np.ndarray) -> TaskScaling:
+    """The way out for the rare polytope too close to degenerate for the compiled pivots."""
+    from graspq.lp import scale_all_by_lp
+
+    points, starts = packed.body[:2]
+    bound = "linf" if len(starts) == packed.contacts + 1 else "l1"
+    grasp = [points[:, packed.owners == i] for i in range(packed.contacts)]
+    return scale_all_by_lp(grasp, tasks, bound, packed.body[5])
+
+
+def atoms(packed: Packed) -> np.ndarray:
+    """Vectors that span the directions of the set, shape (6, N)."""
+    points, starts, centres, axes, balls, zero, _ = packed.body
+    blocks = [axes.transpose(1, 0, 2).reshape(6, -1)]
+    for i in range(len(starts) - 1):
+        block = np.hstack([points[:, starts[i]:starts[i + 1]],
+                           centres[:, balls[i]:balls[i + 1]]])
+        blocks.append(block if zero else block - block.mean(axis=1, keepdims=True))
+    return np.hstack(blocks)
+
+
+def missing_directions(packed: Packed, size: np.ndarray) -> np.ndarray:
+    """Orthogonal complement of the set's span, in units of ``size``, shape (k, 6)."""
+    size = np.where(size > 0, size, 1.0)
+    vectors = atoms(packed) / size[:, None]
+    left, values, _ = np.linalg.svd(vectors, full_matrices=True)
+    scale = max(float(values[0]), 1e-300) if len(values) else 1.0
+    # Differences of coordinates of size one carry round-off of that size.
+    rank = int((values > max(RANK * scale, 1e-14)).sum())
+    return left[:, rank:].T * size
+
+
+def _into_span(
+    packed: Packed, tasks: np.ndarray, inner: np.ndarray, size: np.ndarray, pads: np.ndarray,
+    stop: float,
+) -> np.ndarray | TaskScaling:
+    """Drop the tasks' round-off outside a flat space, or say that they are outside."""
+    unit = np.where(size > 0, size, 1.0)
+    normals = pads / unit
+    scaled = tasks / unit[:, None]
+    outside = normals @ scaled
+    length = np.linalg.norm(scaled, axis=0)
+    off = np.linalg.norm(outside, axis=0) > IN_SPAN * length
+    zero, count = packed.body[5], packed.contacts
+    if not zero:
+        lift = normals @ (inner / unit)
+        lifted = np.linalg.norm(lift) > IN_SPAN * max(np.linalg.norm(inner / unit), 1e-300)
+        if lifted or off.any():
+            return _single_scale(packed, tasks, inner, pads, unit, outside, lift, stop)
+    elif off.any():
+        j = int(np.argmax(off))
+        return nothing(count, j, FLAT.format(j=j, rank=6 - len(pads)))
+    return unit[:, None] * (scaled - normals.T @ outside)
+
+
+def _single_scale(
+    packed: Packed, tasks: np.ndarray, inner: np.ndarray, pads: np.ndarray,
+    unit: np.ndarray, outside: np.ndarray, lift: np.ndarray, stop: float,
+) -> TaskScaling:
+    """A flat set off the origin meets each task's ray in at most one point: test those."""
+    count, body = packed.contacts, packed.body
+    low, high, critical = 0.0, np.inf, 0
+    normals = pads / unit
+    centre = _shares(packed)
+    best = centre
+    scale = np.abs(atoms(packed)).max(initial=0.0) + np.abs(inner).max()
+    for j, (task, out) in enumerate(zip(tasks.T, outside.T, strict=True)):
+        square = float(out @ out)
+        q = float(out @ lift) / square if square > 0 else np.inf
+        if not np.isfinite(q) or np.linalg.norm(q * out - lift) > IN_SPAN * (
+            np.linalg.norm(lift) + 1e-300
+        ):
+            return infeasible(count, j, INFEASIBLE.format(j=j))
+        if abs(q) * np.abs(task / unit).max() < 1e-13:
+            q = 0.0  # the set holds the origin, up to round-off
+        ray = (q * task - inner) / unit
+        ray = unit * (ray - normals.T @ (normals @ ray))
+        forces = centre
+        if np.abs(ray).max() > 1e-12 * scale:
+            forces = np.zeros((count, 6))
+            status, reached, *_ = reach(np.ascontiguousarray(ray[:, None]), (*body[:6], inner),
+                                        pads, stop, packed.owners, packed.ball_owners, forces)
+            if status != SOLVED or reached < 1 - 1e-9:
+                return infeasible(count, j, INFEASIBLE.format(j=j))
+            forces = centre + (forces - centre) / reached
+        low = max(low, q)
+        if q < high:
+            high, critical, best = q, j, forces
+    if high < 0 or low > high * (1 + 1e-9):
+        return infeasible(count, critical, INFEASIBLE.format(j=critical))
+    return TaskScaling(high, high, high, critical, best)
+
+
+def _shares(packed: Packed) -> np.ndarray:
+    """The contacts' shares of the inner point, shape (n, 6)."""
+    points, starts, centres, _, balls, _, _ = packed.body
+    forces = np.zeros((packed.contacts, 6))
+    for i in range(len(starts) - 1):
+        own, round_ = slice(starts[i], starts[i + 1]), slice(balls[i], balls[i + 1])
+        count = starts[i + 1] - starts[i] + balls[i + 1] - balls[i]
+        np.add.at(forces, packed.owners[own], points[:, own].T / count)
+        np.add.at(forces, packed.ball_owners[round_], centres[:, round_].T / count)
+    return forces
