@@ -188,10 +188,10 @@ def reach(columns, count, tasks, lengths, lo, hi, cones, tol, smallest, weights,
           made):
     """Return (status, value, upper, critical, least, columns used).
 
-    ``tasks`` (6, m) are unit vectors, to be multiplied by ``lengths``; ``value`` is the smallest over tasks of the largest
-    q, ``least`` the largest over tasks of the smallest q (when ``smallest``). ``weights`` and
-    ``used`` receive the generators' weights at the optimum and their columns, by basis row;
-    ``made`` the cone of every column that was added.
+    ``tasks`` (6, m) are unit vectors, to be multiplied by ``lengths``; ``value`` is the smallest
+    over tasks of the largest q, ``least`` the largest over tasks of the smallest q (when
+    ``smallest``). ``weights`` and ``used`` receive the generators' weights at the optimum and
+    their columns, by basis row; ``made`` the cone of every column that was added.
     """
     m = columns.shape[0]
     basis, where = np.empty(m, np.int64), np.empty(columns.shape[1], np.int8)

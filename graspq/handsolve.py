@@ -66,10 +66,11 @@ def solve(
     hi[m + 1] = 0.0
     exact = cones[:, rows] / size[None, :, None] if edges is None else np.zeros((0, m, 4))
     made = np.zeros(table.shape[1], np.int64)
+    exact = np.ascontiguousarray(exact)
     weights, used, slacks = np.zeros(m), np.zeros(m, np.int64), np.zeros(m - 6)
     status, value, upper, j, least, _ = _hand.reach(
-        table, m + 2 + width, wrench / length, length / length.max(), lo, hi, np.ascontiguousarray(exact), TOL,
-        hand.held, weights, used, slacks, made)
+        table, m + 2 + width, wrench / length, length / length.max(), lo, hi, exact, TOL, hand.held,
+        weights, used, slacks, made)
     if status == _simplex.INFEASIBLE:
         names = ", ".join(str(k) for k in np.flatnonzero(hand.at_limit)) or "none"
         return _none(hand, NO_EQUILIBRIUM.format(j=j, motors=names), int(j))

@@ -1,0 +1,67 @@
+"""Compiled loops over many grasps; they run without the interpreter's lock."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from graspq._epsilon import ball
+from graspq._flat import spread
+from graspq._ray import reach
+
+SINGULAR = 9
+
+
+@njit(cache=True, nogil=True)
+def _body(columns, widths, first, begin, end, united):
+    """One grasp as a body: contacts begin to end, whose columns start at ``first``."""
+    total = 0
+    for i in range(begin, end):
+        total += widths[i]
+    points = np.empty((6, total))
+    for r in range(6):
+        for k in range(total):
+            points[r, k] = columns[r, first + k]
+    contacts = 1 if united else end - begin
+    starts = np.zeros(contacts + 1, np.int64)
+    owners = np.zeros(total, np.int64)
+    at = 0
+    for i in range(begin, end):
+        owners[at:at + widths[i]] = i - begin
+        at += widths[i]
+        if not united:
+            starts[i - begin + 1] = at
+    starts[contacts] = total
+    body = (points, starts, np.zeros((6, 0)), np.zeros((0, 6, 3)),
+            np.zeros(contacts + 1, np.int64), True, np.zeros(6))
+    return body, owners
+
+
+@njit(cache=True, nogil=True)
+def reach_many(columns, widths, first, contacts, united, tasks, begins, ends, low, high, stop,
+               out):
+    """q* of the grasps low to high; rows of ``out`` are status, value, lower, upper, task."""
+    pads, nobody = np.zeros((0, 6)), np.zeros(0, np.int64)
+    inner, size, scatter = np.empty(6), np.empty(6), np.empty((6, 6))
+    for g in range(low, high):
+        begin, end = contacts[g], contacts[g + 1]
+        body, owners = _body(columns, widths, first[begin], begin, end, united)
+        if spread(body, inner, size, scatter) == 0.0:
+            out[g, 0] = SINGULAR
+            continue
+        wanted = tasks[:, begins[g]:ends[g]].copy()
+        forces = np.zeros((end - begin, 6))
+        status, value, lower, upper, critical = reach(
+            wanted, body, pads, stop, owners, nobody, forces)
+        out[g, 0], out[g, 1], out[g, 2], out[g, 3] = status, value, lower, upper
+        out[g, 4] = critical
+
+
+@njit(cache=True, nogil=True)
+def ball_many(columns, widths, first, contacts, united, low, high, facets, vertices, out):
+    """ε of the grasps low to high; rows of ``out`` are status, value."""
+    for g in range(low, high):
+        begin, end = contacts[g], contacts[g + 1]
+        body, _ = _body(columns, widths, first[begin], begin, end, united)
+        status, _, value = ball(body, 0.0, facets, vertices)
+        out[g, 0], out[g, 1] = status, value

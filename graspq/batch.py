@@ -1,0 +1,194 @@
+"""Metrics of many grasps at once, in parallel over the processor's cores."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from graspq.ball import FIRST_FACETS, FIRST_VERTICES, epsilon
+from graspq.errors import GraspError, as_number
+from graspq.scaling import task_scaling
+from graspq.sets import as_bound, as_tasks
+
+CHUNKS = 8
+
+
+class ScalingBatch(NamedTuple):
+    """q* of many grasps; every field has shape (N,), see ``TaskScaling``."""
+
+    value: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+    critical_task: np.ndarray
+
+
+class _Flat(NamedTuple):
+    """All grasps' columns side by side."""
+
+    columns: np.ndarray
+    widths: np.ndarray
+    first: np.ndarray
+    contacts: np.ndarray
+
+
+def task_scaling_batch(
+    grasps: Sequence[Any],
+    tasks: Any,
+    bound: str = "linf",
+    unloading: bool = True,
+    *,
+    tol: float = 1e-9,
+    workers: int | None = None,
+) -> ScalingBatch:
+    """Return q* of every grasp.
+
+    Args:
+        grasps: N grasps, each a list of (6, l_i) arrays or ``EllipsoidSet``.
+        tasks: one task set (6, m) for all, or a list of N, one per grasp.
+        bound, unloading, tol: as in ``task_scaling``.
+        workers: number of threads; None takes every core.
+
+    Raises:
+        GraspError: for bad input, naming the grasp.
+    """
+    as_bound(bound)
+    as_number("tol", tol, positive=True)
+    count = _count(grasps)
+    shared = isinstance(tasks, np.ndarray) and tasks.ndim == 2
+    if not shared and len(tasks) != count:
+        raise GraspError(f"tasks: expected one array (6, m) or a list of {count} of them, one"
+                         f" per grasp, got {len(tasks)}")
+    sets = [as_tasks(tasks)] if shared else [as_tasks(t) for t in tasks]
+    out = np.zeros((count, 5))
+    flat = _flatten(grasps) if unloading else None
+    left = range(count)
+    if flat is not None:
+        from graspq._batch import reach_many
+
+        wanted = np.ascontiguousarray(np.concatenate(sets, axis=1))
+        ends = np.cumsum([0] + [t.shape[1] for t in sets])
+        begins = np.zeros(count, dtype=np.int64) if shared else ends[:-1]
+        ends = np.full(count, wanted.shape[1]) if shared else ends[1:]
+        stop = tol if tol > 1e-9 else 1e-12
+        _spread(count, workers, lambda low, high: reach_many(
+            *flat, bound == "l1", wanted, begins, ends, low, high, stop, out))
+        left = np.flatnonzero(out[:, 0] > 1)
+
+    def one(g: int) -> None:
+        s = task_scaling(grasps[g], sets[0 if shared else g], bound, unloading, tol=tol)
+        out[g] = 0, s.value, s.lower, s.upper, s.critical_task
+
+    _each(left, workers, one)
+    return ScalingBatch(out[:, 1], out[:, 2], out[:, 3], out[:, 4].astype(np.int64))
+
+
+def epsilon_batch(
+    grasps: Sequence[Any],
+    bound: str = "linf",
+    unloading: bool = True,
+    *,
+    tol: float = 1e-6,
+    workers: int | None = None,
+) -> np.ndarray:
+    """Return ε of every grasp, shape (N,); arguments as in ``epsilon``."""
+    as_bound(bound)
+    as_number("tol", tol, positive=True)
+    count = _count(grasps)
+    out = np.zeros((count, 2))
+    flat = _flatten(grasps) if unloading else None
+    left = range(count)
+    if flat is not None:
+        from graspq._batch import ball_many
+
+        _spread(count, workers, lambda low, high: ball_many(
+            *flat, bound == "l1", low, high, FIRST_FACETS, FIRST_VERTICES, out))
+        left = np.flatnonzero(out[:, 0] > 0)
+
+    def one(g: int) -> None:
+        out[g] = 0, epsilon(grasps[g], bound, unloading, tol)
+
+    _each(left, workers, one)
+    return out[:, 1]
+
+
+def volume_batch(
+    grasps: Sequence[Any],
+    bound: str = "linf",
+    unloading: bool = True,
+    *,
+    workers: int | None = None,
+) -> np.ndarray:
+    """Return V_GWS of every grasp, shape (N,); arguments as in ``volume``."""
+    from graspq.volume import volume
+
+    as_bound(bound)
+    out = np.zeros(_count(grasps))
+
+    def one(g: int) -> None:
+        out[g] = volume(grasps[g], bound, unloading)
+
+    _each(range(len(out)), workers, one)
+    return out
+
+
+def _count(grasps: Any) -> int:
+    if not isinstance(grasps, Sequence | np.ndarray) or len(grasps) == 0:
+        raise GraspError("grasps: expected a list of grasps, each a list of (6, l) arrays, got"
+                         f" {'none' if isinstance(grasps, Sequence) else type(grasps).__name__}")
+    return len(grasps)
+
+
+def _flatten(grasps: Sequence[Any]) -> _Flat | None:
+    """All grasps as one array, or None when a grasp needs the single functions' care."""
+    sets = [w for grasp in grasps for w in grasp]
+    plain = all(type(w) is np.ndarray and w.ndim == 2 and w.shape[0] == 6 and w.shape[1] > 0
+                for w in sets)
+    if not plain or any(len(grasp) == 0 for grasp in grasps):
+        return None
+    columns = np.concatenate(sets, axis=1, dtype=float)
+    if not np.isfinite(columns).all():
+        return None
+    widths = np.array([w.shape[1] for w in sets], dtype=np.int64)
+    first = np.concatenate([[0], np.cumsum(widths)])
+    contacts = np.concatenate([[0], np.cumsum([len(grasp) for grasp in grasps])])
+    return _Flat(np.ascontiguousarray(columns), widths, first, contacts)
+
+
+def _workers(workers: int | None) -> int:
+    if workers is None:
+        return os.cpu_count() or 1
+    if isinstance(workers, bool) or not isinstance(workers, int | np.integer) or workers < 1:
+        raise GraspError(f"workers: expected an integer >= 1 or None, got {workers!r}")
+    return int(workers)
+
+
+def _spread(count: int, workers: int | None, run: Callable[[int, int], Any]) -> None:
+    """Run ``run(low, high)`` over chunks of range(count)."""
+    threads = _workers(workers)
+    if threads == 1 or count < 2:
+        run(0, count)
+        return
+    cuts = np.unique(np.linspace(0, count, threads * CHUNKS + 1).astype(int)).tolist()
+    with ThreadPoolExecutor(threads) as pool:
+        list(pool.map(run, cuts[:-1], cuts[1:]))
+
+
+def _each(indices: Any, workers: int | None, run: Callable[[int], None]) -> None:
+    """Run ``run(g)`` for every grasp, naming the one that fails."""
+    def guarded(g: int) -> None:
+        try:
+            run(int(g))
+        except GraspError as error:
+            raise GraspError(f"grasps[{g}]: {error}") from error
+
+    threads = _workers(workers)
+    if threads == 1 or len(indices) < 2:
+        for g in indices:
+            guarded(g)
+        return
+    with ThreadPoolExecutor(threads) as pool:
+        list(pool.map(guarded, indices))

@@ -1,0 +1,181 @@
+"""The faces of one contact's wrench set, of every dimension.
+
+Sets of the same contact model are affine images of each other, so the faces are found once, in
+affine coordinates, and used again for every set whose coordinates agree.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from graspq.errors import GraspError
+
+MOST_POINTS = 64
+MOST_FACES = 5000
+SAME = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """Faces of a polytope, sorted by dimension.
+
+    Attributes:
+        frame: points that span the polytope, an origin first, shape (d + 1,).
+        coordinates: affine coordinates of all points in that frame, shape (d, l).
+        vertices: which points are vertices, shape (v,).
+        first: first face of each dimension 0 to 6, then the total, shape (8,).
+        base, basis: per face one vertex and ``dim`` more that span it, (F,) and (F, 5), as
+            positions in ``vertices``.
+        volume: face volume over that of the parallelotope of its basis, shape (F,).
+        cover_first, cover: per face one vertex out of each face that covers it.
+    """
+
+    frame: np.ndarray
+    coordinates: np.ndarray
+    vertices: np.ndarray
+    first: np.ndarray
+    base: np.ndarray
+    basis: np.ndarray
+    volume: np.ndarray
+    cover_first: np.ndarray
+    cover: np.ndarray
+
+
+@dataclass
+class _Memory:
+    known: dict[int, list[Lattice]] = field(default_factory=dict)
+
+
+_memory = _Memory()
+
+
+def lattice_of(points: np.ndarray) -> Lattice:
+    """Return the faces of the hull of ``points`` (6, l)."""
+    scale = float(np.abs(points - points[:, :1]).max())
+    same = _memory.known.get(points.shape[1], [])
+    for lattice in same:
+        if _fits(lattice, points, scale):
+            return lattice
+    lattice = _build(points, scale)
+    # Few models are in use at a time; a stream of one-off shapes must not pile up.
+    _memory.known[points.shape[1]] = [lattice, *same[:7]]
+    return lattice
+
+
+def _fits(lattice: Lattice, points: np.ndarray, scale: float) -> bool:
+    start = points[:, lattice.frame[0]]
+    span = points[:, lattice.frame[1:]] - start[:, None]
+    if np.abs(start[:, None] + span @ lattice.coordinates - points).max() > SAME * scale:
+        return False
+    # The frame must still span: a flatter set would agree with any coordinates.
+    return span.shape[1] == 0 or bool(
+        np.linalg.svd(span, compute_uv=False)[-1] > 1e-7 * scale)
+
+
+def _build(points: np.ndarray, scale: float) -> Lattice:
+    moved = points - points[:, :1]
+    rest, chosen = moved.copy(), [0]
+    while True:
+        length = np.linalg.norm(rest, axis=0)
+        k = int(np.argmax(length))
+        if length[k] <= 1e-9 * scale or scale == 0.0:
+            break
+        chosen.append(k)
+        direction = rest[:, k] / length[k]
+        for _ in range(2):
+            rest = rest - np.outer(direction, direction @ rest)
+    dim = len(chosen) - 1
+    if dim:
+        coordinates = np.linalg.lstsq(moved[:, chosen[1:]], moved, rcond=None)[0]
+    else:
+        coordinates = np.zeros((0, points.shape[1]))
+    facets, vertices = _facets(coordinates, dim)
+    faces = _all_faces(facets, vertices, dim)
+    return _pack(coordinates, chosen, vertices, faces, dim)
+
+
+def _facets(coordinates: np.ndarray, dim: int) -> tuple[list[frozenset[int]], list[int]]:
+    """Facets as sets of points, and the vertices."""
+    if dim == 0:
+        return [], [0]
+    if dim == 1:
+        ends = [int(np.argmin(coordinates[0])), int(np.argmax(coordinates[0]))]
+        return [frozenset([e]) for e in ends], sorted(ends)
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        hull = ConvexHull(coordinates.T)
+    except QhullError as error:
+        raise GraspError("volume: the faces of a contact's wrench set cannot be told apart;"
+                         " take fewer edges") from error
+    vertices = sorted(int(v) for v in hull.vertices)
+    height = hull.equations[:, :-1] @ coordinates[:, vertices] + hull.equations[:, -1:]
+    on = np.abs(height) <= SAME
+    return list({frozenset(int(vertices[i]) for i in np.flatnonzero(row)) for row in on}), vertices
+
+
+def _all_faces(
+    facets: list[frozenset[int]], vertices: list[int], dim: int
+) -> set[frozenset[int]]:
+    """Every face is an intersection of facets; the polytope itself is one too."""
+    faces = {frozenset(vertices), *facets, *(frozenset([v]) for v in vertices)}
+    layer = set(facets) if dim > 1 else set()
+    while layer:
+        layer = {a & b for a in layer for b in facets} - faces - {frozenset()}
+        faces |= layer
+        if len(faces) > MOST_FACES:
+            raise GraspError(f"volume: a contact's wrench set has more than {MOST_FACES} faces;"
+                             " take fewer edges, or augment='none'")
+    return faces
+
+
+def _pack(
+    coordinates: np.ndarray, chosen: list[int], vertices: list[int],
+    faces: set[frozenset[int]], dim: int,
+) -> Lattice:
+    place = {v: i for i, v in enumerate(vertices)}
+    entries = []
+    for face in faces:
+        members = sorted(face)
+        spanning, volume = _span(coordinates, members)
+        entries.append((len(spanning) - 1, members, spanning, volume, face))
+    entries.sort(key=lambda e: (e[0], e[1]))
+    dims = np.array([e[0] for e in entries])
+    first = np.searchsorted(dims, np.arange(8))
+    first[7] = len(entries)
+    basis = np.zeros((len(entries), 5), dtype=np.int64)
+    covers: list[list[int]] = []
+    for f, (d, _, spanning, _, face) in enumerate(entries):
+        basis[f, :min(d, 5)] = [place[v] for v in spanning[1:6]]
+        above = [e[4] for e in entries[first[min(d + 1, 7)]:first[min(d + 2, 7)]]]
+        covers.append([place[min(g - face)] for g in above if face < g])
+    ends = np.concatenate([[0], np.cumsum([len(c) for c in covers])]).astype(np.int64)
+    return Lattice(
+        np.array(chosen), coordinates, np.array(vertices), first.astype(np.int64),
+        np.array([place[e[2][0]] for e in entries], dtype=np.int64), basis,
+        np.array([e[3] for e in entries]), ends,
+        np.array([v for c in covers for v in c], dtype=np.int64))
+
+
+def _span(coordinates: np.ndarray, members: list[int]) -> tuple[list[int], float]:
+    """Vertices that span a face, and its volume in units of their parallelotope."""
+    offsets = coordinates[:, members] - coordinates[:, members[:1]]
+    rest, spanning = offsets.copy(), [0]
+    while rest.size:
+        length = np.linalg.norm(rest, axis=0)
+        k = int(np.argmax(length))
+        if length[k] <= 1e-8:
+            break
+        spanning.append(k)
+        direction = rest[:, k] / length[k]
+        rest = rest - np.outer(direction, direction @ rest)
+    dim = len(spanning) - 1
+    volume = 1.0
+    if dim >= 2:
+        from scipy.spatial import ConvexHull
+
+        inside = np.linalg.lstsq(offsets[:, spanning[1:]], offsets, rcond=None)[0]
+        volume = float(ConvexHull(inside.T).volume)
+    return [members[k] for k in spanning], volume
