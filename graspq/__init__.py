@@ -5,21 +5,27 @@ from graspq.batch import ScalingBatch, epsilon_batch, task_scaling_batch, volume
 from graspq.contact import Contact, contact_wrenches
 from graspq.ellipsoid import EllipsoidSet
 from graspq.errors import GraspError
+from graspq.forces import ContactForces, contact_forces
 from graspq.hand import HandBound, HandScaling, hand_task_scaling
 from graspq.limits import max_normal_force, max_torsion
-from graspq.scaling import TaskScaling, task_scaling
+from graspq.scaling import TaskScaling, discretisation_error, task_scaling
+from graspq.space import WrenchSpace
 from graspq.tasks import gravity_tasks
 from graspq.volume import volume
 
 __all__ = [
     "Contact",
+    "ContactForces",
     "EllipsoidSet",
     "GraspError",
     "HandBound",
     "HandScaling",
     "ScalingBatch",
     "TaskScaling",
+    "WrenchSpace",
+    "contact_forces",
     "contact_wrenches",
+    "discretisation_error",
     "epsilon",
     "epsilon_batch",
     "gravity_tasks",

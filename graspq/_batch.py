@@ -9,7 +9,8 @@ from graspq._epsilon import ball
 from graspq._flat import spread
 from graspq._ray import reach
 
-SINGULAR = 9
+SINGULAR, REFUSED = 9, 10
+NO_PADS, NOBODY = np.zeros((0, 6)), np.zeros(0, np.int64)
 
 
 @njit(cache=True, nogil=True)
@@ -41,7 +42,6 @@ def _body(columns, widths, first, begin, end, united):
 def reach_many(columns, widths, first, contacts, united, tasks, begins, ends, low, high, stop,
                out):
     """q* of the grasps low to high; rows of ``out`` are status, value, lower, upper, task."""
-    pads, nobody = np.zeros((0, 6)), np.zeros(0, np.int64)
     inner, size, scatter = np.empty(6), np.empty(6), np.empty((6, 6))
     for g in range(low, high):
         begin, end = contacts[g], contacts[g + 1]
@@ -52,7 +52,7 @@ def reach_many(columns, widths, first, contacts, united, tasks, begins, ends, lo
         wanted = tasks[:, begins[g]:ends[g]].copy()
         forces = np.zeros((end - begin, 6))
         status, value, lower, upper, critical = reach(
-            wanted, body, pads, stop, owners, nobody, forces)
+            wanted, body, NO_PADS, stop, owners, NOBODY, forces)
         out[g, 0], out[g, 1], out[g, 2], out[g, 3] = status, value, lower, upper
         out[g, 4] = critical
 
@@ -65,3 +65,28 @@ def ball_many(columns, widths, first, contacts, united, low, high, facets, verti
         body, _ = _body(columns, widths, first[begin], begin, end, united)
         status, _, value = ball(body, 0.0, facets, vertices)
         out[g, 0], out[g, 1] = status, value
+
+
+@njit(cache=True, nogil=True)
+def reach_one(columns, widths, united, tasks, stop, forces):
+    """q* of one grasp: (status, value, lower, upper, task). REFUSED leaves it to the checks."""
+    if columns.shape[0] != 6 or tasks.shape[0] != 6 or tasks.shape[1] == 0:
+        return REFUSED, 0.0, 0.0, 0.0, 0
+    total = 0.0
+    for r in range(6):
+        for k in range(columns.shape[1]):
+            total += abs(columns[r, k])
+    for j in range(tasks.shape[1]):
+        length = 0.0
+        for r in range(6):
+            length += abs(tasks[r, j])
+        if not length > 0.0:
+            return REFUSED, 0.0, 0.0, 0.0, 0
+        total += length
+    if not total < np.inf:
+        return REFUSED, 0.0, 0.0, 0.0, 0
+    body, owners = _body(columns, widths, 0, 0, widths.shape[0], united)
+    inner, size = np.empty(6), np.empty(6)
+    if spread(body, inner, size, np.empty((6, 6))) == 0.0:
+        return SINGULAR, 0.0, 0.0, 0.0, 0
+    return reach(tasks, body, NO_PADS, stop, owners, NOBODY, forces)

@@ -62,7 +62,7 @@ def task_scaling_batch(
     if not shared and len(tasks) != count:
         raise GraspError(f"tasks: expected one array (6, m) or a list of {count} of them, one"
                          f" per grasp, got {len(tasks)}")
-    sets = [as_tasks(tasks)] if shared else [as_tasks(t) for t in tasks]
+    sets = [as_tasks(tasks)] if shared else _task_sets(tasks)
     out = np.zeros((count, 5))
     flat = _flatten(grasps) if unloading else None
     left = range(count)
@@ -156,6 +156,22 @@ def _flatten(grasps: Sequence[Any]) -> _Flat | None:
     first = np.concatenate([[0], np.cumsum(widths)])
     contacts = np.concatenate([[0], np.cumsum([len(grasp) for grasp in grasps])])
     return _Flat(np.ascontiguousarray(columns), widths, first, contacts)
+
+
+def _task_sets(tasks: Any) -> list[np.ndarray]:
+    """The task sets of every grasp; checked one by one only when something is odd."""
+    if all(type(t) is np.ndarray and t.ndim == 2 and t.shape[0] == 6 and t.shape[1] > 0
+           and t.dtype == np.float64 for t in tasks):
+        every = np.concatenate(tasks, axis=1)
+        if np.isfinite(every).all() and every.any(axis=0).all():
+            return list(tasks)
+    sets = []
+    for g, task in enumerate(tasks):
+        try:
+            sets.append(as_tasks(task))
+        except GraspError as error:
+            raise GraspError(f"tasks[{g}]: {error}") from error
+    return sets
 
 
 def _workers(workers: int | None) -> int:

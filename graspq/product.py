@@ -20,7 +20,7 @@ def product_epsilon(wrenches: Any, bound: str = "linf", unloading: bool = True) 
     0.0 when the origin is not strictly inside. Force and moment are weighed as they come in
     ``wrenches``: one newton beside one (scaled) newton metre, about their own origin.
     """
-    hull = _hull(as_polytopes(wrenches, "the hull"), as_bound(bound), unloading)
+    hull = product_hull(as_polytopes(wrenches, "the hull"), as_bound(bound), unloading)
     if hull is None:
         return 0.0
     distance, scale = -hull.equations[:, -1], np.abs(hull.points).max()
@@ -30,11 +30,12 @@ def product_epsilon(wrenches: Any, bound: str = "linf", unloading: bool = True) 
 
 def product_volume(wrenches: Any, bound: str = "linf", unloading: bool = True) -> float:
     """Return the six-dimensional volume of the grasp wrench space; 0.0 when it is flat."""
-    hull = _hull(as_polytopes(wrenches, "the hull"), as_bound(bound), unloading)
+    hull = product_hull(as_polytopes(wrenches, "the hull"), as_bound(bound), unloading)
     return 0.0 if hull is None else float(hull.volume)
 
 
-def _hull(grasp: list[np.ndarray], bound: str, unloading: bool) -> Any:
+def product_hull(grasp: list[np.ndarray], bound: str, unloading: bool) -> Any:
+    """qhull's hull of a grasp, or None when it is flat."""
     from scipy.spatial import ConvexHull
 
     if unloading:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
+from graspq._batch import reach_one
 from graspq._flat import spread
 from graspq._line import EMPTY, between
 from graspq._ray import SOLVED, ZERO, reach
@@ -14,6 +17,33 @@ from graspq.sets import Packed
 NO_PADS = np.zeros((0, 6))
 RANK = 1e-10
 IN_SPAN = 1e-9
+
+
+def scale_at_once(wrenches: Any, tasks: Any, bound: str, tol: float) -> TaskScaling | None:
+    """Return q* of plain arrays in one compiled call; None leaves it to the careful way."""
+    if type(tasks) is not np.ndarray or tasks.ndim != 2 or tasks.dtype != np.float64:
+        return None
+    if not isinstance(wrenches, list | tuple) or not wrenches:
+        return None
+    for w in wrenches:
+        if type(w) is not np.ndarray or w.ndim != 2 or w.shape[0] != 6 or not w.shape[1] or (
+            w.dtype != np.float64
+        ):
+            return None
+    columns = np.concatenate(wrenches, axis=1)
+    if not columns.flags.c_contiguous:
+        columns = np.ascontiguousarray(columns)
+    # A copy, so that the compiled code sees one kind of array: writable and contiguous.
+    wanted = np.array(tasks, order="C")
+    forces = np.zeros((len(wrenches), 6))
+    widths = np.array([w.shape[1] for w in wrenches], dtype=np.int64)
+    status, value, lower, upper, j = reach_one(
+        columns, widths, bound == "l1", wanted, tol if tol > 1e-9 else 1e-12, forces)
+    if status == SOLVED:
+        return TaskScaling(value, lower, upper, j, forces)
+    if status == ZERO:
+        return nothing(len(wrenches), j, UNREACHABLE.format(j=j), upper)
+    return None
 
 
 def scale_by_ray(packed: Packed, tasks: np.ndarray, tol: float) -> TaskScaling:
@@ -96,6 +126,8 @@ def _into_span(
     if not zero:
         lift = normals @ (inner / unit)
         lifted = np.linalg.norm(lift) > IN_SPAN * max(np.linalg.norm(inner / unit), 1e-300)
+        if not lifted:
+            lift = np.zeros_like(lift)
         if lifted or off.any():
             return _single_scale(packed, tasks, inner, pads, unit, outside, lift, stop)
     elif off.any():

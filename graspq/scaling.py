@@ -73,9 +73,13 @@ def task_scaling(
 
         return scale_all_by_lp(as_polytopes(wrenches, "engine 'highs'"), as_tasks(tasks), bound,
                                unloading)
-    from graspq.ray import scale_by_ray
+    from graspq.ray import scale_at_once, scale_by_ray
 
     gap = as_number("tol", tol, positive=True)
+    if unloading:
+        found = scale_at_once(wrenches, tasks, bound, gap)
+        if found is not None:
+            return found
     return scale_by_ray(pack(wrenches, bound, unloading), as_tasks(tasks), gap)
 
 
@@ -89,3 +93,26 @@ def infeasible(contacts: int, critical: int, reason: str) -> TaskScaling:
     """The result when no scale is feasible."""
     forces = np.full((contacts, 6), np.nan)
     return TaskScaling(-np.inf, -np.inf, -np.inf, critical, forces, reason)
+
+
+def discretisation_error(
+    contacts: Any,
+    tasks: Any,
+    edges: int = 12,
+    augment: str = "none",
+    bound: str = "linf",
+    *,
+    torque_scale: float = 1.0,
+    origin: Any = (0.0, 0.0, 0.0),
+) -> float:
+    """Return the share of q* that sampling the friction ellipsoids with ``edges`` loses.
+
+    1 - q*(edges) / q*(exact), between 0 and 1; NaN when the exact q* is 0.
+    """
+    from graspq.contact import contact_wrenches
+
+    more = {"augment": augment, "torque_scale": torque_scale, "origin": origin}
+    sampled, exact = (task_scaling(
+        [contact_wrenches(c, e, **more) for c in contacts], tasks, bound).value
+        for e in (edges, None))
+    return max(0.0, 1.0 - sampled / exact) if exact > 0 else float("nan")

@@ -1,0 +1,30 @@
+"""Compiled: the plane that stops a ray."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from graspq._ray import _row_sum, extent, shoot
+
+
+@njit(cache=True, nogil=True)
+def stops(rays, body, pads, stop, reaches, planes):
+    """Reach and supporting plane u (u·x <= 1) of every ray (6, m); False when one failed."""
+    score, choice = np.empty(body[0].shape[1]), np.empty(body[1].shape[0] - 1, np.int64)
+    state = (np.empty((6, 6)), np.empty((6, 6)), np.empty((6, 6)), np.zeros(6, np.int64),
+             np.zeros(6))
+    size, ray, u = np.empty(6), np.empty(6), np.empty(6)
+    extent(body, size)
+    for j in range(rays.shape[1]):
+        for r in range(6):
+            ray[r] = rays[r, j]
+        status, value, _, _ = shoot(state, False, ray, size, body, pads, stop, score, choice)
+        if status != 0:
+            reaches[j] = 0.0
+            return False
+        _row_sum(state[1], u)
+        reaches[j] = value
+        for r in range(6):
+            planes[j, r] = u[r]
+    return True
