@@ -139,7 +139,7 @@ def strictly_inside(body, inner, size):
     score, choice = np.empty(points.shape[1]), np.empty(starts.shape[0] - 1, np.int64)
     state = (np.empty((6, 6)), np.empty((6, 6)), np.empty((6, 6)), np.zeros(6, np.int64),
              np.zeros(6))
-    stop = 1e-9 if centres.shape[1] > 0 else 1e-12
+    stop = 1e-6 if centres.shape[1] > 0 else 1e-12
     if not zero:
         body = (points, starts, centres, axes, balls, zero, inner)
     status, value, _, _ = shoot(

@@ -63,13 +63,13 @@ def between(tasks, inner, size, body, pads, stop, owners, ball_owners, forces):
             far = 0.0
             for r in range(6):
                 far = max(far, abs(task[r]) / size[r])
-            if abs(q) * far < 1e-13:
+            if abs(q) * far < 10.0 * stop:
                 q = 0.0  # the boundary passes through the origin, up to round-off
             if sign > 0 and q < value:
                 value, critical = q, j
                 collect(state, value, body, owners, ball_owners, score, choice, forces)
             elif sign < 0 and -q > least:
                 least, last = -q, j
-    if value < 0.0 or least > value * (1.0 + 1e-9):
+    if value < 0.0 or least > value * (1.0 + 1e-9 + 10.0 * stop):
         return EMPTY, 0.0, critical if value < 0.0 else last
     return SOLVED, value, critical

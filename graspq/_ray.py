@@ -175,11 +175,20 @@ def _dual(state, task, body, pads, stop, cap, score, choice):
 def _settle(state, task, size, body, pads, score, choice, stop):
     """Refactor, recompute and return (good, value, upper, share left on artificials)."""
     basis, inverse, _, kinds, weights = state
-    u, vertex = np.empty(6), np.empty(6)
+    u, vertex, correction = np.empty(6), np.empty(6), np.empty(6)
     if not invert(basis, inverse):
         return False, 0.0, np.inf, 1.0
     _times(inverse, task, weights)
     _row_sum(inverse, u)
+    # One step of refinement: vertices of a smooth set lie close together.
+    for c in range(6):
+        rest = task[c]
+        for r in range(6):
+            rest -= basis[c, r] * weights[r]
+        vertex[c] = rest
+    _times(inverse, vertex, correction)
+    for r in range(6):
+        weights[r] += correction[r]
     total, real, left = 0.0, 0.0, 0.0
     for r in range(6):
         total += abs(weights[r])
@@ -206,7 +215,8 @@ def _settle(state, task, size, body, pads, score, choice, stop):
         if abs(rest) > 1e-11 * big and abs(rest) > 1e-12 * total * size[c]:
             return False, 0.0, upper, left
     value = 1.0 / real if real > 0.0 else 0.0
-    good = h <= 1.0 + 4.0 * stop + 2e-10 and (left > 1e-12 or value <= upper * (1.0 + 4e-10))
+    near = 4.0 * stop + 2e-10
+    good = h <= 1.0 + near and (left > 1e-12 or value <= upper * (1.0 + near))
     return good, min(value, upper), upper, left
 
 
@@ -276,7 +286,7 @@ def shoot(state, warm, task, size, body, pads, stop, score, choice):
                 return ZERO, 0.0, 0.0, best
             if not good:
                 break
-            if left <= 1e-12:
+            if left <= max(1e-12, 10.0 * stop):
                 return SOLVED, value, value, max(best, value)
             if shrunk:
                 return ZERO, 0.0, 0.0, best

@@ -9,12 +9,12 @@ import numpy as np
 from graspq.errors import GraspError, as_number
 from graspq.sets import Packed, as_bound, pack
 
-FIRST_FACETS, MOST_FACETS = 16_384, 4_194_304
+FIRST_FACETS, MOST_FACETS = 16_384, 131_072
 FIRST_VERTICES, MOST_VERTICES = 1024, 32_000
 
 
 def epsilon(
-    wrenches: Any, bound: str = "linf", unloading: bool = True, tol: float = 1e-6
+    wrenches: Any, bound: str = "linf", unloading: bool = True, tol: float = 1e-5
 ) -> float:
     """Return the radius ε of the largest ball around the origin inside the wrench space.
 

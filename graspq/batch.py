@@ -73,7 +73,7 @@ def task_scaling_batch(
         ends = np.cumsum([0] + [t.shape[1] for t in sets])
         begins = np.zeros(count, dtype=np.int64) if shared else ends[:-1]
         ends = np.full(count, wanted.shape[1]) if shared else ends[1:]
-        stop = tol if tol > 1e-9 else 1e-12
+        stop = 0.2 * tol if tol > 1e-9 else 1e-12
         _spread(count, workers, lambda low, high: reach_many(
             *flat, bound == "l1", wanted, begins, ends, low, high, stop, out))
         left = np.flatnonzero(out[:, 0] > 1)
@@ -91,7 +91,7 @@ def epsilon_batch(
     bound: str = "linf",
     unloading: bool = True,
     *,
-    tol: float = 1e-6,
+    tol: float = 1e-5,
     workers: int | None = None,
 ) -> np.ndarray:
     """Return ε of every grasp, shape (N,); arguments as in ``epsilon``."""

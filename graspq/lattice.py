@@ -1,12 +1,12 @@
 """The faces of one contact's wrench set, of every dimension.
 
 Sets of the same contact model are affine images of each other, so the faces are found once, in
-affine coordinates, and used again for every set whose coordinates agree.
+affine coordinates, and looked up for every other set with the same coordinates.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from graspq.errors import GraspError
 
 MOST_POINTS = 64
 MOST_FACES = 5000
-SAME = 1e-9
+SAME = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,57 +43,49 @@ class Lattice:
     cover: np.ndarray
 
 
-@dataclass
-class _Memory:
-    known: dict[int, list[Lattice]] = field(default_factory=dict)
-
-
-_memory = _Memory()
+_known: dict[tuple[bytes, bytes], Lattice] = {}
+MOST_KNOWN = 64
 
 
 def lattice_of(points: np.ndarray) -> Lattice:
-    """Return the faces of the hull of ``points`` (6, l)."""
-    scale = float(np.abs(points - points[:, :1]).max())
-    same = _memory.known.get(points.shape[1], [])
-    for lattice in same:
-        if _fits(lattice, points, scale):
-            return lattice
-    lattice = _build(points, scale)
-    # Few models are in use at a time; a stream of one-off shapes must not pile up.
-    _memory.known[points.shape[1]] = [lattice, *same[:7]]
+    """Return the faces of the hull of ``points`` (6, l).
+
+    The answer depends on the rounded affine coordinates alone, never on what was asked before.
+    """
+    moved = points - points[:, :1]
+    frame = _frame(moved)
+    coordinates = np.zeros((len(frame) - 1, points.shape[1]))
+    if len(frame) > 1:
+        solved = np.linalg.lstsq(moved[:, frame[1:]], moved, rcond=None)[0]
+        coordinates = np.round(solved, 10) + 0.0
+    key = (np.array(frame).tobytes(), coordinates.tobytes())
+    lattice = _known.get(key)
+    if lattice is None:
+        facets, vertices = _facets(coordinates, len(frame) - 1)
+        faces = _all_faces(facets, vertices, len(frame) - 1)
+        lattice = _pack(coordinates, frame, vertices, faces, len(frame) - 1)
+        if len(_known) >= MOST_KNOWN:
+            # A stream of one-off shapes must not pile up.
+            _known.clear()
+        _known[key] = lattice
     return lattice
 
 
-def _fits(lattice: Lattice, points: np.ndarray, scale: float) -> bool:
-    start = points[:, lattice.frame[0]]
-    span = points[:, lattice.frame[1:]] - start[:, None]
-    if np.abs(start[:, None] + span @ lattice.coordinates - points).max() > SAME * scale:
-        return False
-    # The frame must still span: a flatter set would agree with any coordinates.
-    return span.shape[1] == 0 or bool(
-        np.linalg.svd(span, compute_uv=False)[-1] > 1e-7 * scale)
-
-
-def _build(points: np.ndarray, scale: float) -> Lattice:
-    moved = points - points[:, :1]
+def _frame(moved: np.ndarray) -> list[int]:
+    """The first points that span the set well, an origin first."""
     rest, chosen = moved.copy(), [0]
-    while True:
+    scale = float(np.abs(moved).max())
+    while len(chosen) <= 6:
         length = np.linalg.norm(rest, axis=0)
-        k = int(np.argmax(length))
-        if length[k] <= 1e-9 * scale or scale == 0.0:
+        most = float(length.max())
+        if most <= 1e-9 * scale or scale == 0.0:
             break
+        k = int(np.argmax(length > 0.3 * most))
         chosen.append(k)
         direction = rest[:, k] / length[k]
         for _ in range(2):
             rest = rest - np.outer(direction, direction @ rest)
-    dim = len(chosen) - 1
-    if dim:
-        coordinates = np.linalg.lstsq(moved[:, chosen[1:]], moved, rcond=None)[0]
-    else:
-        coordinates = np.zeros((0, points.shape[1]))
-    facets, vertices = _facets(coordinates, dim)
-    faces = _all_faces(facets, vertices, dim)
-    return _pack(coordinates, chosen, vertices, faces, dim)
+    return chosen
 
 
 def _facets(coordinates: np.ndarray, dim: int) -> tuple[list[frozenset[int]], list[int]]:

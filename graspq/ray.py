@@ -17,6 +17,7 @@ from graspq.sets import Packed
 NO_PADS = np.zeros((0, 6))
 RANK = 1e-10
 IN_SPAN = 1e-9
+LOOSEST = 1e-5
 
 
 def scale_at_once(wrenches: Any, tasks: Any, bound: str, tol: float) -> TaskScaling | None:
@@ -38,7 +39,7 @@ def scale_at_once(wrenches: Any, tasks: Any, bound: str, tol: float) -> TaskScal
     forces = np.zeros((len(wrenches), 6))
     widths = np.array([w.shape[1] for w in wrenches], dtype=np.int64)
     status, value, lower, upper, j = reach_one(
-        columns, widths, bound == "l1", wanted, tol if tol > 1e-9 else 1e-12, forces)
+        columns, widths, bound == "l1", wanted, 0.2 * tol if tol > 1e-9 else 1e-12, forces)
     if status == SOLVED:
         return TaskScaling(value, lower, upper, j, forces)
     if status == ZERO:
@@ -48,7 +49,7 @@ def scale_at_once(wrenches: Any, tasks: Any, bound: str, tol: float) -> TaskScal
 
 def scale_by_ray(packed: Packed, tasks: np.ndarray, tol: float) -> TaskScaling:
     """Return q* of a checked grasp and task set."""
-    stop = tol if packed.smooth or tol > 1e-9 else 1e-12
+    stop = 0.2 * tol if packed.smooth or tol > 1e-9 else 1e-12
     inner, size = np.empty(6), np.empty(6)
     body = packed.body
     pads = NO_PADS
@@ -75,6 +76,9 @@ def scale_by_ray(packed: Packed, tasks: np.ndarray, tol: float) -> TaskScaling:
         return infeasible(packed.contacts, int(j), INFEASIBLE.format(j=j))
     if not packed.smooth:
         return _by_lp(packed, tasks)
+    if tol < LOOSEST:
+        # Close to degenerate, round-off keeps the gap open; the bounds then say how far.
+        return scale_by_ray(packed, tasks, min(10.0 * tol, LOOSEST))
     raise GraspError(f"task_scaling: task {j} did not converge to {tol:g} (the grasp is close to"
                      " degenerate); try a larger tol, or a number of edges")
 
@@ -154,7 +158,7 @@ def _single_scale(
             np.linalg.norm(lift) + 1e-300
         ):
             return infeasible(count, j, INFEASIBLE.format(j=j))
-        if abs(q) * np.abs(task / unit).max() < 1e-13:
+        if abs(q) * np.abs(task / unit).max() < 10 * stop:
             q = 0.0  # the set holds the origin, up to round-off
         ray = (q * task - inner) / unit
         ray = unit * (ray - normals.T @ (normals @ ray))
@@ -163,13 +167,13 @@ def _single_scale(
             forces = np.zeros((count, 6))
             status, reached, *_ = reach(np.ascontiguousarray(ray[:, None]), (*body[:6], inner),
                                         pads, stop, packed.owners, packed.ball_owners, forces)
-            if status != SOLVED or reached < 1 - 1e-9:
+            if status != SOLVED or reached < 1 - 1e-9 - 10 * stop:
                 return infeasible(count, j, INFEASIBLE.format(j=j))
             forces = centre + (forces - centre) / reached
         low = max(low, q)
         if q < high:
             high, critical, best = q, j, forces
-    if high < 0 or low > high * (1 + 1e-9):
+    if high < 0 or low > high * (1 + 1e-9 + 10 * stop):
         return infeasible(count, critical, INFEASIBLE.format(j=critical))
     return TaskScaling(high, high, high, critical, best)
 

@@ -60,7 +60,8 @@ def task_scaling(
         engine: "ray", compiled ray shooting, or "highs", a linear program per task: slower
             and independent.
         tol: relative gap between ``lower`` and ``upper`` at which ellipsoids are accurate
-            enough; polytopes are solved to round-off unless it is above 1e-9.
+            enough (up to 1e-5 where round-off keeps it open: the bounds say so); polytopes
+            are solved to round-off unless it is above 1e-9.
 
     Raises:
         GraspError: for bad input, ellipsoids with engine "highs", or a gap that does not

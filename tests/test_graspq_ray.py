@@ -11,7 +11,7 @@ import graspq as gq
 seeds = st.integers(0, 2**32 - 1)
 kinds = st.sampled_from(KINDS)
 bounds = st.sampled_from(["linf", "l1"])
-quick = settings(max_examples=40, deadline=None)
+quick = settings(max_examples=25, deadline=None)
 
 
 def drawn(seed, kind):
@@ -25,7 +25,7 @@ def drawn(seed, kind):
 @pytest.mark.parametrize("kind", KINDS)
 def test_engines_agree_and_certificates_hold(kind):
     solved = 0
-    for seed in range(60):
+    for seed in range(40):
         rng = np.random.default_rng([seed, 77])
         wrenches, wanted = drawn([seed, 5], kind)
         bound, unloading = ["linf", "l1"][rng.integers(2)], bool(rng.integers(2))
@@ -39,7 +39,7 @@ def test_engines_agree_and_certificates_hold(kind):
             assert s.lower <= s.value <= s.upper <= s.value * (1 + 1e-9)
             aim = s.value * wanted[:, s.critical_task]
             np.testing.assert_allclose(s.forces.sum(0), aim, atol=1e-9 * np.abs(aim).max())
-    assert solved > 5 or kind in ("frictionless", "single", "one_sided")
+    assert solved > 3 or kind in ("frictionless", "single", "one_sided")
 
 
 @quick

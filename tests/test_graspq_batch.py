@@ -1,0 +1,68 @@
+"""Batches equal single calls, with any number of workers."""
+
+import numpy as np
+import pytest
+from gq_grasps import KINDS, contacts, grasp, tasks
+
+import graspq as gq
+
+
+def many(count=120):
+    rng = np.random.default_rng(5)
+    grasps = [grasp(rng, KINDS[g % len(KINDS)]) for g in range(count)]
+    wanted = [tasks(rng, g) for g in grasps]
+    wanted = [w[:, np.abs(w).max(axis=0) > 1e-6] for w in wanted]
+    return grasps, [w if w.shape[1] else np.eye(6)[:, :1] for w in wanted]
+
+
+@pytest.mark.parametrize("unloading", [True, False])
+@pytest.mark.parametrize("bound", ["linf", "l1"])
+def test_task_scaling_batch(bound, unloading):
+    grasps, wanted = many()
+    one = gq.task_scaling_batch(grasps, wanted, bound, unloading, workers=1)
+    two = gq.task_scaling_batch(grasps, wanted, bound, unloading, workers=2)
+    for a, b in zip(one, two, strict=True):
+        np.testing.assert_array_equal(a, b)
+    single = [gq.task_scaling(g, t, bound, unloading) for g, t in zip(grasps, wanted, strict=True)]
+    np.testing.assert_array_equal(one.value, [s.value for s in single])
+    np.testing.assert_array_equal(one.critical_task, [s.critical_task for s in single])
+
+
+def test_one_task_set_for_all():
+    grasps, _ = many(30)
+    wanted = gq.gravity_tasks(0.3, [0, 0, 0], [0, 0, -9.81])
+    batch = gq.task_scaling_batch(grasps, wanted)
+    np.testing.assert_array_equal(
+        batch.value, [gq.task_scaling(g, wanted).value for g in grasps])
+
+
+def test_epsilon_and_volume_batch():
+    grasps, _ = many(40)
+    one = gq.epsilon_batch(grasps, "l1", workers=1)
+    np.testing.assert_array_equal(one, gq.epsilon_batch(grasps, "l1", workers=2))
+    np.testing.assert_array_equal(one, [gq.epsilon(g, "l1") for g in grasps])
+    small = [g[:2] for g in grasps if max(w.shape[1] for w in g[:2]) < 16]
+    np.testing.assert_array_equal(gq.volume_batch(small, workers=2),
+                                  [gq.volume(g) for g in small])
+
+
+def test_ellipsoids_in_a_batch():
+    rng = np.random.default_rng(1)
+    grasps = [[gq.contact_wrenches(c, None) for c in contacts(rng, "soft")] for _ in range(6)]
+    pull = np.eye(6)[:, :1]
+    np.testing.assert_array_equal(gq.task_scaling_batch(grasps, pull).value,
+                                  [gq.task_scaling(g, pull).value for g in grasps])
+
+
+def test_bad_input_names_the_grasp():
+    grasps, wanted = many(4)
+    with pytest.raises(gq.GraspError, match=r"grasps\[2\].*finite"):
+        gq.task_scaling_batch([*grasps[:2], [np.full((6, 3), np.nan)], grasps[3]], wanted[0])
+    with pytest.raises(gq.GraspError, match="one per grasp"):
+        gq.task_scaling_batch(grasps, wanted[:3])
+    with pytest.raises(gq.GraspError, match=r"tasks\[1\]"):
+        gq.task_scaling_batch(grasps, [wanted[0], np.zeros((6, 1)), *wanted[2:]])
+    with pytest.raises(gq.GraspError, match="workers"):
+        gq.epsilon_batch(grasps, workers=0)
+    with pytest.raises(gq.GraspError, match="grasps"):
+        gq.volume_batch([])
