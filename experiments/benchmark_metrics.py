@@ -12,9 +12,11 @@ from typing import Any, NoReturn
 import numpy as np
 
 import graspq as gq
+from graspq.contact import tangent_basis
 
 LINPROG_CALLS = 5
 HULL_LIMIT = 4000
+BATCH = 6000
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,7 @@ def random_grasp(case: Case, rng: np.random.Generator) -> list[np.ndarray]:
         p = -0.05 * n + 0.01 * rng.normal(size=3)
         patch = None
         if case.taxels:
-            a, b = gq.contact.tangent_basis(n)
+            a, b = tangent_basis(n)
             at = rng.uniform(-0.01, 0.01, (case.taxels, 2))
             patch = p + at[:, :1] * a + at[:, 1:] * b
         contact = gq.Contact(p, n, 0.6, 1.0, 0.01 if case.soft else 0.0, patch)
@@ -112,7 +114,7 @@ def linprog_call(grasp: list[np.ndarray], task: np.ndarray) -> Any:
 def warm_highs(grasp: list[np.ndarray], tasks: np.ndarray) -> float | None:
     """Seconds per task of one HiGHS model kept and re-solved; None without highspy."""
     try:
-        import highspy
+        import highspy  # type: ignore[import-not-found]
     except ImportError:
         return None
     columns = np.hstack(grasp)
@@ -157,8 +159,9 @@ def measure(case: Case, count: int, hulls: int, rng: np.random.Generator) -> lis
              for _ in grasps]
     pairs = list(zip(grasps, tasks, strict=True))
     single = float(np.median(per_call(lambda p: gq.task_scaling(*p), pairs)))
-    one, two = (batched(lambda w=w: gq.task_scaling_batch(grasps, tasks, workers=w), count)
-                for w in (1, 2))
+    again = max(1, BATCH // (count * (20 if case.taxels else 1)))
+    one, two = (batched(lambda w=w: gq.task_scaling_batch(again * grasps, again * tasks, workers=w),
+                        again * count) for w in (1, 2))
     linprog = float(np.median(per_call(lambda p: linprog_call(*p), pairs[:LINPROG_CALLS])))
     warm = warm_highs(grasps[0], np.hstack(tasks[:50]))
     ball = per_call(gq.epsilon, grasps)
@@ -183,7 +186,7 @@ def measure(case: Case, count: int, hulls: int, rng: np.random.Generator) -> lis
 def main(arguments: list[str] | None = None) -> None:
     """Run the benchmark from the command line."""
     parser = Parser(prog="python -m experiments.benchmark_metrics",
-                    description=__doc__.splitlines()[0] if __doc__ else None)
+                    description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--grasps", type=int, default=300, help="grasps per case")
     parser.add_argument("--hulls", type=int, default=1, help="grasps per case that qhull gets")
     parser.add_argument("--seed", type=int, default=0)

@@ -178,7 +178,8 @@ def compare_published(path: Path, console: Any) -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the study from the command line."""
-    parser = Parser(prog="python -m experiments.table1", description=__doc__.splitlines()[0])
+    parser = Parser(prog="python -m experiments.table1",
+                    description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--grasps", type=int, default=250, help="grasps per object")
     parser.add_argument("--objects", nargs="+", default=list(OBJECTS), help="which objects")
     parser.add_argument("--seed", type=int, default=0)

@@ -13,7 +13,7 @@ SINGULAR, REFUSED = 9, 10
 NO_PADS, NOBODY = np.zeros((0, 6)), np.zeros(0, np.int64)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _body(columns, widths, first, begin, end, united):
     """One grasp as a body: contacts begin to end, whose columns start at ``first``."""
     total = 0
@@ -38,7 +38,7 @@ def _body(columns, widths, first, begin, end, united):
     return body, owners
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def reach_many(columns, widths, first, contacts, united, tasks, begins, ends, low, high, stop,
                out):
     """q* of the grasps low to high; rows of ``out`` are status, value, lower, upper, task."""
@@ -57,7 +57,7 @@ def reach_many(columns, widths, first, contacts, united, tasks, begins, ends, lo
         out[g, 4] = critical
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def ball_many(columns, widths, first, contacts, united, low, high, facets, vertices, out):
     """ε of the grasps low to high; rows of ``out`` are status, value."""
     for g in range(low, high):
@@ -67,7 +67,7 @@ def ball_many(columns, widths, first, contacts, united, low, high, facets, verti
         out[g, 0], out[g, 1] = status, value
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def reach_one(columns, widths, united, tasks, stop, forces):
     """q* of one grasp: (status, value, lower, upper, task). REFUSED leaves it to the checks."""
     if columns.shape[0] != 6 or tasks.shape[0] != 6 or tasks.shape[1] == 0:

@@ -23,7 +23,7 @@ from graspq._ray import CAPPED, SOLVED, shoot
 STUCK, SMALL, COARSE, FLAT = 3, 4, 5, 6
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def nearest(body, size, stop, small, jog, seed, max_facets, max_vertices):
     """Return (status, lower, upper, facets made) of the largest ball around the origin.
 
@@ -124,7 +124,7 @@ def nearest(body, size, stop, small, jog, seed, max_facets, max_vertices):
     return GROWN, confirmed, confirmed, top
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def strictly_inside(body, inner, size):
     """Return (status, inside): whether the origin is interior to a set of full dimension.
 
@@ -147,7 +147,7 @@ def strictly_inside(body, inner, size):
     return status, status == SOLVED and (zero or value > 1.0 + 1e-9)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def ball(body, stop, max_facets, max_vertices):
     """Return (status, lower, value) of the largest ball around the origin; 0 when outside."""
     inner, size = np.empty(6), np.empty(6)
@@ -176,7 +176,7 @@ def ball(body, stop, max_facets, max_vertices):
     return status, lower, upper
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _length(planes, f, size):
     total = 0.0
     for r in range(6):
@@ -184,7 +184,7 @@ def _length(planes, f, size):
     return np.sqrt(total)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _height_of(planes, f, v):
     total = 0.0
     for r in range(6):
@@ -192,7 +192,7 @@ def _height_of(planes, f, v):
     return total
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _exact_plane(f, facets, vertices, plane):
     """Solve u·v = 1 through the exact vertices of f; False when they do not span it."""
     matrix, inverse = np.empty((6, 6)), np.empty((6, 6))

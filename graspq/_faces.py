@@ -15,7 +15,7 @@ from numba import njit
 ROUND_OFF = 1e-13
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _push(rows, used, vertices, base, basis, dim):
     """Add a face's directions to the orthonormal rows; return (rows used, volume factor)."""
     factor = 1.0
@@ -42,7 +42,7 @@ def _push(rows, used, vertices, base, basis, dim):
     return used, factor
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _complement(rows, used):
     """Complete four (or five) orthonormal rows to six."""
     while used < 6:
@@ -72,13 +72,13 @@ def _complement(rows, used):
         used += 1
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _dot(a, i, b, j):
     return (a[i, 0] * b[j, 0] + a[i, 1] * b[j, 1] + a[i, 2] * b[j, 2]
             + a[i, 3] * b[j, 3] + a[i, 4] * b[j, 4] + a[i, 5] * b[j, 5])
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _wedge(rows, chosen, count, polytopes, wedge):
     """Normals in the plane of rows 4, 5 that support the chosen faces; False when none."""
     vertices, _, _, _, base, _, _, cover_first, cover = polytopes
@@ -119,7 +119,7 @@ def _wedge(rows, chosen, count, polytopes, wedge):
     return True, open_
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _walk(rows, chosen, count, polytopes, px, py, rx, ry, size, flat):
     """Sum of h·vol over the facets that edges met between directions p and r complete."""
     vertices, vertex_first, _, _, base, _, _, _, _ = polytopes
@@ -190,7 +190,7 @@ def _walk(rows, chosen, count, polytopes, px, py, rx, ry, size, flat):
     return total * size
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _plane(rows, chosen, count, polytopes, size, wedge, flat):
     """Contribution of faces whose dimensions add up to four."""
     _complement(rows, 4)
@@ -213,7 +213,7 @@ def _plane(rows, chosen, count, polytopes, size, wedge, flat):
     return _walk(rows, chosen, count, polytopes, px, py, rx, ry, size, flat)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _single(rows, chosen, count, polytopes, size):
     """Contribution of faces whose dimensions add up to five: one normal and its opposite."""
     vertices, vertex_first, _, _, base, _, _, cover_first, cover = polytopes
@@ -243,7 +243,7 @@ def _single(rows, chosen, count, polytopes, size):
     return total
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def sum_volume(polytopes, wanted):
     """Volume of the sum of ``polytopes`` = (vertices, vertex_first, face_first, _, base, ...).
 
@@ -261,7 +261,7 @@ def sum_volume(polytopes, wanted):
     return total / 6.0
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _choose(rows, chosen, polytopes, pattern, bodies, wedge, flat):
     """Run through the faces of one pattern, depth first, without recursion."""
     vertices, _, face_first, _, base, basis, volume, _, _ = polytopes

@@ -5,18 +5,45 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from graspq._oracle import FAST
 from graspq._ray import extent
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _add(scatter, x):
     for r in range(6):
         for c in range(r + 1):
             scatter[r, c] += x[r] * x[c]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
+def _row_total(points, r, begin, end):
+    total = 0.0
+    for k in range(begin, end):
+        total += points[r, k]
+    return total
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
+def _scatter(scatter, points, begin, end, stride, mean, size):
+    """Add the products of every stride-th point, row by row."""
+    for r in range(6):
+        for c in range(r + 1):
+            total, a, b = 0.0, mean[r], mean[c]
+            for k in range(begin, end, stride):
+                total += (points[r, k] - a) * (points[c, k] - b)
+            scatter[r, c] += total / (size[r] * size[c])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def spread(body, inner, size, scatter):
+    """``spread_of`` a few points of every body, and of all where those seem flat."""
+    pivot = spread_of(body, inner, size, scatter, True)
+    return pivot if pivot > 0.0 else spread_of(body, inner, size, scatter, False)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def spread_of(body, inner, size, scatter, thin):
     """Write a relative inner point, the extent and the scatter; return the smallest pivot.
 
     The scatter matrix of the atoms (about each body's mean when the origin is no vertex) is
@@ -31,19 +58,15 @@ def spread(body, inner, size, scatter):
     for i in range(starts.shape[0] - 1):
         count = starts[i + 1] - starts[i] + balls[i + 1] - balls[i]
         for r in range(6):
-            total = 0.0
-            for k in range(starts[i], starts[i + 1]):
-                total += points[r, k]
+            total = _row_total(points, r, starts[i], starts[i + 1])
             for k in range(balls[i], balls[i + 1]):
                 total += centres[r, k]
             mean[r] = total / (count + 1 if zero else count)
             inner[r] += mean[r]
         if zero:
             mean[:] = 0.0
-        for k in range(starts[i], starts[i + 1]):
-            for r in range(6):
-                x[r] = (points[r, k] - mean[r]) / size[r]
-            _add(scatter, x)
+        stride = 1 + (starts[i + 1] - starts[i]) // 64 if thin else 1
+        _scatter(scatter, points, starts[i], starts[i + 1], stride, mean, size)
         for k in range(balls[i], balls[i + 1]):
             for r in range(6):
                 x[r] = (centres[r, k] - mean[r]) / size[r]
@@ -55,7 +78,7 @@ def spread(body, inner, size, scatter):
     return _smallest_pivot(scatter)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _smallest_pivot(scatter):
     a = scatter.copy()
     used = np.zeros(6, np.bool_)

@@ -18,7 +18,7 @@ GROWN, FULL, BROKEN = 0, 1, 2
 ALIVE, DONE = 1, 2
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def simplex(small, vertices, jogged, facets, links, planes, state):
     """Start the hull as a regular simplex of inradius ``small``; return the counts."""
     # Seven unit vectors with equal angles: columns of a Helmert matrix.
@@ -43,7 +43,7 @@ def simplex(small, vertices, jogged, facets, links, planes, state):
     return 7, 7
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def insert(count, first, top, jogged, facets, links, planes, state, mark, stamp, stack, edge,
            free, free_count, table, tags, fresh):
     """Add vertex ``count`` seen from facet ``first``; return (status, top, free, new facets)."""
@@ -118,13 +118,13 @@ def insert(count, first, top, jogged, facets, links, planes, state, mark, stamp,
     return (GROWN if open_sides == 0 else BROKEN), top, free_count, made
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _height(planes, f, v):
     return (planes[f, 0] * v[0] + planes[f, 1] * v[1] + planes[f, 2] * v[2]
             + planes[f, 3] * v[3] + planes[f, 4] * v[4] + planes[f, 5] * v[5])
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _opposite(facets, g, m, f):
     """Whether vertex m of g is the one that facet f lacks."""
     lacking = facets[g, m]
@@ -134,7 +134,7 @@ def _opposite(facets, g, m, f):
     return not found
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _join(new, facets, links, table, tags, size):
     """Link ``new`` to its neighbours among the new facets by shared four vertices.
 
@@ -177,7 +177,7 @@ def _join(new, facets, links, table, tags, size):
     return change
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def ask(plane, size, body, score, choice, direction, out):
     """Support value and vertex (in units of ``size``) of the direction ``plane``."""
     points, starts, centres, axes, balls, zero, shift = body
@@ -189,7 +189,7 @@ def ask(plane, size, body, score, choice, direction, out):
     return h
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def known(vertex, vertices, count):
     """Index of ``vertex`` among the hull's, or -1."""
     for i in range(count):
@@ -201,7 +201,7 @@ def known(vertex, vertices, count):
     return -1
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def jog_vertex(vertex, index, jog, seed, out):
     """Move a vertex by a reproducible random amount up to ``jog`` per row."""
     x = np.uint64(index + 1) * np.uint64(0x9E3779B97F4A7C15) + np.uint64(seed)

@@ -14,7 +14,7 @@ from graspq._ray import CAPPED, SOLVED, _dot, _row_sum, collect, shoot
 EMPTY = 3
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def highest(state, task, inner, size, body, pads, stop, score, choice):
     """Return (status, q): the largest q, of any sign, with q t in the set."""
     u, ray = np.empty(6), task.copy()
@@ -43,7 +43,7 @@ def highest(state, task, inner, size, body, pads, stop, score, choice):
     return CAPPED, 0.0
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def between(tasks, inner, size, body, pads, stop, owners, ball_owners, forces):
     """Return (status, q, critical): the largest q >= 0 that puts every q t in the set."""
     score, choice = np.empty(body[0].shape[1]), np.empty(body[1].shape[0] - 1, np.int64)

@@ -10,10 +10,10 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-FAST = {"contract", "nsz", "reassoc"}
+FAST = {"contract", "nsz", "reassoc", "nnan"}
 
 
-@njit(cache=True, nogil=True, fastmath=FAST)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
 def support(u, points, starts, centres, axes, balls, zero, shift, score, choice, out):
     """Write the support point of direction u to ``out`` and return the support value.
 
@@ -32,9 +32,15 @@ def support(u, points, starts, centres, axes, balls, zero, shift, score, choice,
         best, pick = -np.inf, -1
         if zero:
             best = 0.0
+        # Two plain loops, which become vector code, instead of one that keeps the place.
+        top = -np.inf
         for k in range(starts[i], starts[i + 1]):
-            if score[k] > best:
-                best, pick = score[k], k
+            top = score[k] if score[k] > top else top
+        if top > best:
+            best = top
+            pick = starts[i]
+            while score[pick] != top:
+                pick += 1
         for k in range(balls[i], balls[i + 1]):
             value = _ball_value(u, centres, axes, k)
             if value > best:
@@ -45,7 +51,7 @@ def support(u, points, starts, centres, axes, balls, zero, shift, score, choice,
     return total
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _ball_value(u, centres, axes, k):
     value, square = 0.0, 0.0
     for r in range(6):
@@ -58,7 +64,7 @@ def _ball_value(u, centres, axes, k):
     return value + np.sqrt(square)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def add_atom(u, points, centres, axes, pick, weight, out):
     """Add ``weight`` times the support point that ``pick`` names in direction u to ``out``."""
     if pick >= 0:
@@ -81,7 +87,7 @@ def add_atom(u, points, centres, axes, pick, weight, out):
             out[r] += weight * value
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def invert(matrix, inverse):
     """Invert a 6×6 matrix by Gauss-Jordan elimination with pivoting; False when singular."""
     a = matrix.copy()

@@ -12,14 +12,14 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from graspq._oracle import add_atom, invert, support
+from graspq._oracle import FAST, add_atom, invert, support
 
 SOLVED, ZERO, CAPPED = 0, 1, 2
 SMALL, TINY = 1e-3, 1e-9
 REAL, PAD, ARTIFICIAL = 0, 1, 2
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _price(u, body, pads, score, choice, out):
     """Support of the set together with the pads ±p that stand for directions it lacks."""
     points, starts, centres, axes, balls, zero, shift = body
@@ -36,7 +36,7 @@ def _price(u, body, pads, score, choice, out):
     return h, kind
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _replace(state, leave, vertex, u, kind, column):
     """Pivot ``vertex`` into place ``leave``; ``column`` is B⁻¹ times the vertex."""
     basis, inverse, directions, kinds, _ = state
@@ -53,7 +53,7 @@ def _replace(state, leave, vertex, u, kind, column):
     kinds[leave] = kind
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _times(inverse, vector, out):
     for r in range(6):
         total = 0.0
@@ -62,19 +62,19 @@ def _times(inverse, vector, out):
         out[r] = total
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _row_sum(inverse, u):
     for c in range(6):
         u[c] = (inverse[0, c] + inverse[1, c] + inverse[2, c]
                 + inverse[3, c] + inverse[4, c] + inverse[5, c])
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def start_basis(state, task, size):
     """Set up the artificial basis around ``task`` for a set of extent ``size`` per row."""
     basis, inverse, directions, kinds, _ = state
@@ -88,7 +88,7 @@ def start_basis(state, task, size):
         kinds[r] = ARTIFICIAL
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _primal(state, target, task, body, pads, stop, cap, score, choice):
     """Pivot until no vertex improves ``target``; return (solved, upper bound on q, steps)."""
     inverse = state[1]
@@ -119,7 +119,7 @@ def _primal(state, target, task, body, pads, stop, cap, score, choice):
     return False, upper, cap
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _dual(state, task, body, pads, stop, cap, score, choice):
     """Keep u feasible and make the weights of ``task`` non-negative.
 
@@ -171,7 +171,7 @@ def _dual(state, task, body, pads, stop, cap, score, choice):
     return 2
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _settle(state, task, size, body, pads, score, choice, stop):
     """Refactor, recompute and return (good, value, upper, share left on artificials)."""
     basis, inverse, _, kinds, weights = state
@@ -220,7 +220,7 @@ def _settle(state, task, size, body, pads, score, choice, stop):
     return good, min(value, upper), upper, left
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _separate(state, task, size, body, pads, score, choice):
     """Upper bound from the plane of the real basis vertices; inf when it cuts the set.
 
@@ -244,7 +244,7 @@ def _separate(state, task, size, body, pads, score, choice):
     return max(h, 0.0) / reach
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def shoot(state, warm, task, size, body, pads, stop, score, choice):
     """Return (status, value, lower, upper) of the reach along ``task``.
 
@@ -301,7 +301,7 @@ def shoot(state, warm, task, size, body, pads, stop, score, choice):
     return CAPPED, 0.0, 0.0, best
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def collect(state, value, body, owners, ball_owners, score, choice, forces):
     """Write the contacts' wrenches (n, 6) at the optimum, from the basis and its weights."""
     points, starts, centres, axes, balls, zero, shift = body
@@ -324,14 +324,21 @@ def collect(state, value, body, owners, ball_owners, score, choice, forces):
             add_atom(u, points, centres, axes, pick, weights[j] / total, forces[contact])
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
+def _row_extent(points, r):
+    big = 0.0
+    for k in range(points.shape[1]):
+        size = abs(points[r, k])
+        big = size if size > big else big
+    return big
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def extent(body, size):
     """Largest absolute entry per row of the atoms; 1 for a row without any."""
     points, _, centres, axes, _, _, shift = body
     for r in range(6):
-        big = abs(shift[r])
-        for k in range(points.shape[1]):
-            big = max(big, abs(points[r, k]))
+        big = max(abs(shift[r]), _row_extent(points, r))
         for k in range(centres.shape[1]):
             big = max(big, abs(centres[r, k]))
             for c in range(3):
@@ -342,7 +349,7 @@ def extent(body, size):
         size[r] = max(size[r], 1e-6 * most)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def reach(tasks, body, pads, stop, owners, ball_owners, forces):
     """Return (status, value, lower, upper, critical) of the task set, smallest reach first."""
     score, choice = np.empty(body[0].shape[1]), np.empty(body[1].shape[0] - 1, np.int64)

@@ -16,7 +16,7 @@ LOWER, UPPER, BASIC = 0, 1, 2
 PRICE, FEASIBLE, PIVOT = 1e-11, 1e-11, 1e-9
 
 
-@njit(cache=True, nogil=True, fastmath={"contract", "reassoc", "nsz"})
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 def times_columns(y, columns, count, out):
     """out = y A over the first ``count`` columns."""
     for j in range(count):
@@ -28,7 +28,7 @@ def times_columns(y, columns, count, out):
                 out[j] += factor * columns[r, j]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def refactor(columns, basis, inverse):
     """Invert the basis by Gauss-Jordan elimination with pivoting; False when singular."""
     m = basis.shape[0]
@@ -61,7 +61,7 @@ def refactor(columns, basis, inverse):
     return True
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def values(columns, basis, inverse, where, lo, hi, x):
     """Recompute the basic values from the slacks that rest on their bounds."""
     m = basis.shape[0]
@@ -78,7 +78,7 @@ def values(columns, basis, inverse, where, lo, hi, x):
         x[r] = total
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def exchange(inverse, column, leave):
     """Update the inverse when a column with B⁻¹ a = ``column`` enters at row ``leave``."""
     m = inverse.shape[0]
@@ -92,7 +92,7 @@ def exchange(inverse, column, leave):
                 inverse[r, c] -= factor * inverse[leave, c]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _prices(columns, count, basis, inverse, goal, sense, reduced):
     """Reduced costs of the objective sense·x_goal."""
     m = basis.shape[0]
@@ -108,7 +108,7 @@ def _prices(columns, count, basis, inverse, goal, sense, reduced):
     reduced[goal] = 0.0
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _column(columns, inverse, j, out):
     m = inverse.shape[0]
     for r in range(m):
@@ -118,7 +118,7 @@ def _column(columns, inverse, j, out):
         out[r] = total
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def primal(columns, count, basis, inverse, where, lo, hi, x, goal, sense, cap):
     """Improve sense·x_goal from a feasible basis."""
     m = basis.shape[0]
@@ -181,7 +181,7 @@ def primal(columns, count, basis, inverse, where, lo, hi, x, goal, sense, cap):
     return FAILED
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def dual(columns, count, basis, inverse, where, lo, hi, x, goal, sense, cap):
     """Restore feasibility while the reduced costs keep their signs."""
     m = basis.shape[0]

@@ -8,7 +8,7 @@ from numba import njit
 from graspq._ray import _row_sum, extent, shoot
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def stops(rays, body, pads, stop, reaches, planes):
     """Reach and supporting plane u (u·x <= 1) of every ray (6, m); False when one failed."""
     score, choice = np.empty(body[0].shape[1]), np.empty(body[1].shape[0] - 1, np.int64)

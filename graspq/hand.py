@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -112,12 +112,12 @@ class HandScaling(TaskScaling):
     """A ``TaskScaling`` with what the hand does at the optimum.
 
     Attributes:
-        motor_torque: load of the motors Σ J_iᵀ f_i, shape (k,) [N m].
+        motor_torque: load of the motors Σ J_iᵀ f_i, shape (k,) [N m]; NaN without forces.
         point_forces: per contact the force at each of its points, shape (p_i, 3) [N].
         least: smallest scale at which every task is balanced; above 0 only when held.
     """
 
-    motor_torque: np.ndarray | None = None
+    motor_torque: np.ndarray = field(default_factory=lambda: np.zeros(0))
     point_forces: tuple[np.ndarray, ...] = ()
     least: float = 0.0
 

@@ -79,7 +79,8 @@ def solve(
                          " degenerate); try another number of edges")
     if value == np.inf:
         return HandScaling(np.inf, np.inf, np.inf, int(j), np.full((count, 6), np.nan),
-                           "the motors do not limit the tasks: the structure carries them")
+                           "the motors do not limit the tasks: the structure carries them",
+                           np.full(motors, np.nan))
     forces = np.zeros((len(cones), 3))
     wrenches = np.zeros((count, 6))
     load = np.zeros(motors)
@@ -113,4 +114,5 @@ def solve(
 
 def _none(hand: HandBound, reason: str, critical: int) -> HandScaling:
     empty = np.full((len(hand.contacts), 6), np.nan)
-    return HandScaling(-np.inf, -np.inf, -np.inf, critical, empty, reason)
+    load = np.full(len(hand.torque_limit), np.nan)
+    return HandScaling(-np.inf, -np.inf, -np.inf, critical, empty, reason, load)

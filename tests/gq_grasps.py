@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import graspq as gq
+from graspq.contact import tangent_basis
 
 KINDS = ("random", "soft", "antipodal", "one_sided", "frictionless", "planar", "duplicate",
          "single", "symmetric", "tiny", "patch")
@@ -49,7 +50,7 @@ def contacts(rng, kind):
         n, p = unit(rng), size * rng.normal(size=3)
         patch = None
         if kind == "patch":
-            a, b = gq.contact.tangent_basis(n)
+            a, b = tangent_basis(n)
             patch = p + 0.003 * (rng.normal(size=(5, 1)) * a + rng.normal(size=(5, 1)) * b)
         made.append(gq.Contact(p, n, mu, force, soft, patch))
     return made + made[:1] if kind == "duplicate" else made

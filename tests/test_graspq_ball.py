@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import graspq as gq
+from graspq.contact import tangent_basis
 from graspq.product import product_epsilon
 
 quick = settings(max_examples=15, deadline=None)
@@ -79,7 +80,7 @@ def test_six_contacts_and_patches_are_within_reach():
     for _ in range(6):
         n = rng.normal(size=3)
         n /= np.linalg.norm(n)
-        a, b = gq.contact.tangent_basis(n)
+        a, b = tangent_basis(n)
         p = -0.05 * n + 0.01 * rng.normal(size=3)
         patch = p + 0.005 * (rng.normal(size=(84, 1)) * a + rng.normal(size=(84, 1)) * b)
         made.append(gq.Contact(p, n, 0.6, 1.0, 0.01, patch))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import graspq as gq
+from graspq.contact import tangent_basis
 from graspq.hand import cones_of
 
 UP = np.array([[0, 0, 1.0, 0, 0, 0]]).T
@@ -111,7 +112,7 @@ def random_hand(rng):
         n /= np.linalg.norm(n)
         p = -0.04 * n + 0.01 * rng.normal(size=3)
         kind = rng.integers(3)
-        a, b = gq.contact.tangent_basis(n)
+        a, b = tangent_basis(n)
         patch = p + 0.01 * (rng.uniform(-1, 1, (6, 1)) * a + rng.uniform(-1, 1, (6, 1)) * b)
         made.append(gq.Contact(p, n, float(rng.choice([0.1, 0.6, 1.0])), 2.0,
                                0.01 if kind == 2 else 0.0, patch if kind == 1 else None))
@@ -119,7 +120,7 @@ def random_hand(rng):
         jacobian[3:] *= 10
         jacobians.append(jacobian)
     limit, torque = rng.uniform(0.3, 2, motors), None
-    push = [(c.normal + 0.3 * c.friction * gq.contact.tangent_basis(c.normal)[0])
+    push = [(c.normal + 0.3 * c.friction * tangent_basis(c.normal)[0])
             * rng.uniform(0.1, 5) for c in made]
     wanted = gq.gravity_tasks(0.3, 0.01 * rng.normal(size=3), [0, 0, -9.81], samples=6)
     if rng.integers(2):
