@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from graspq._epsilon import ball
 from graspq._flat import spread
 from graspq._ray import reach
 
@@ -55,16 +54,6 @@ def reach_many(columns, widths, first, contacts, united, tasks, begins, ends, lo
             wanted, body, NO_PADS, stop, owners, NOBODY, forces)
         out[g, 0], out[g, 1], out[g, 2], out[g, 3] = status, value, lower, upper
         out[g, 4] = critical
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def ball_many(columns, widths, first, contacts, united, low, high, facets, vertices, out):
-    """ε of the grasps low to high; rows of ``out`` are status, value."""
-    for g in range(low, high):
-        begin, end = contacts[g], contacts[g + 1]
-        body, _ = _body(columns, widths, first[begin], begin, end, united)
-        status, _, value = ball(body, 0.0, facets, vertices)
-        out[g, 0], out[g, 1] = status, value
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

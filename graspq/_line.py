@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from graspq._ray import CAPPED, SOLVED, _dot, _row_sum, collect, shoot
+from graspq._pivot import dot, row_sum
+from graspq._ray import CAPPED, SOLVED, collect, shoot
 
 EMPTY = 3
 
@@ -23,13 +24,13 @@ def highest(state, task, inner, size, body, pads, stop, score, choice):
         status, value, _, _ = shoot(state, False, ray, size, body, pads, stop, score, choice)
         if status != SOLVED:
             return CAPPED, 0.0
-        _row_sum(state[1], u)
-        along = _dot(u, task)
+        row_sum(state[1], u)
+        along = dot(u, task)
         if q < np.inf and value >= 1.0 - 1e-12 - 4.0 * stop:
             return SOLVED, q
         if along <= 0.0:
             return EMPTY, 0.0
-        below = (1.0 + _dot(u, inner)) / along
+        below = (1.0 + dot(u, inner)) / along
         if q < np.inf and below >= q - 1e-15 * abs(q):
             return SOLVED, q
         q = below

@@ -13,162 +13,21 @@ import numpy as np
 from numba import njit
 
 from graspq._oracle import FAST, add_atom, invert, support
+from graspq._pivot import (
+    ARTIFICIAL,
+    REAL,
+    SMALL,
+    dot,
+    dual,
+    price,
+    primal,
+    row_sum,
+    start_basis,
+    times,
+)
 
 SOLVED, ZERO, CAPPED = 0, 1, 2
-SMALL, TINY = 1e-3, 1e-9
-REAL, PAD, ARTIFICIAL = 0, 1, 2
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _price(u, body, pads, score, choice, out):
-    """Support of the set together with the pads ±p that stand for directions it lacks."""
-    points, starts, centres, axes, balls, zero, shift = body
-    h = support(u, points, starts, centres, axes, balls, zero, shift, score, choice, out)
-    kind = REAL
-    for k in range(pads.shape[0]):
-        along = 0.0
-        for r in range(6):
-            along += u[r] * pads[k, r]
-        if abs(along) > h:
-            h, kind = abs(along), PAD
-            for r in range(6):
-                out[r] = pads[k, r] if along > 0 else -pads[k, r]
-    return h, kind
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _replace(state, leave, vertex, u, kind, column):
-    """Pivot ``vertex`` into place ``leave``; ``column`` is B⁻¹ times the vertex."""
-    basis, inverse, directions, kinds, _ = state
-    scale = 1.0 / column[leave]
-    for c in range(6):
-        inverse[leave, c] *= scale
-    for r in range(6):
-        if r != leave and column[r] != 0.0:
-            for c in range(6):
-                inverse[r, c] -= column[r] * inverse[leave, c]
-    for r in range(6):
-        basis[r, leave] = vertex[r]
-        directions[leave, r] = u[r]
-    kinds[leave] = kind
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _times(inverse, vector, out):
-    for r in range(6):
-        total = 0.0
-        for c in range(6):
-            total += inverse[r, c] * vector[c]
-        out[r] = total
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _row_sum(inverse, u):
-    for c in range(6):
-        u[c] = (inverse[0, c] + inverse[1, c] + inverse[2, c]
-                + inverse[3, c] + inverse[4, c] + inverse[5, c])
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def start_basis(state, task, size):
-    """Set up the artificial basis around ``task`` for a set of extent ``size`` per row."""
-    basis, inverse, directions, kinds, _ = state
-    basis[:, :] = 0.0
-    inverse[:, :] = 0.0
-    directions[:, :] = 0.0
-    for r in range(6):
-        length = SMALL * size[r] if task[r] >= 0.0 else -SMALL * size[r]
-        basis[r, r] = length
-        inverse[r, r] = 1.0 / length
-        kinds[r] = ARTIFICIAL
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _primal(state, target, task, body, pads, stop, cap, score, choice):
-    """Pivot until no vertex improves ``target``; return (solved, upper bound on q, steps)."""
-    inverse = state[1]
-    u, vertex = np.empty(6), np.empty(6)
-    weight, column = np.empty(6), np.empty(6)
-    upper = np.inf
-    for step in range(cap):
-        if step % 40 == 39 and not invert(state[0], inverse):
-            return False, upper, step
-        _row_sum(inverse, u)
-        h, kind = _price(u, body, pads, score, choice, vertex)
-        reach = _dot(u, task)
-        if reach > 0.0 and h / reach < upper:
-            upper = h / reach
-        if h <= 1.0 + stop:
-            return True, upper, step
-        _times(inverse, target, weight)
-        _times(inverse, vertex, column)
-        leave, ratio = -1, np.inf
-        for r in range(6):
-            if column[r] > 1e-11:
-                value = max(weight[r], 0.0) / column[r]
-                if leave < 0 or value < ratio * (1.0 - 1e-13) or (
-                    value <= ratio * (1.0 + 1e-13) and column[r] > column[leave]
-                ):
-                    leave, ratio = r, value
-        _replace(state, leave, vertex, u, kind, column)
-    return False, upper, cap
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _dual(state, task, body, pads, stop, cap, score, choice):
-    """Keep u feasible and make the weights of ``task`` non-negative.
-
-    Returns 0 when done, 1 when no weights exist (the task is outside the cone), 2 at the cap.
-    """
-    inverse = state[1]
-    u, vertex, trial = np.empty(6), np.empty(6), np.empty(6)
-    weight, column = np.empty(6), np.empty(6)
-    for step in range(cap):
-        if step % 20 == 19 and not invert(state[0], inverse):
-            return 2
-        _times(inverse, task, weight)
-        leave, worst, total = -1, 0.0, 0.0
-        for r in range(6):
-            total += abs(weight[r])
-            if weight[r] < worst:
-                leave, worst = r, weight[r]
-        noise = 1e-13 * total
-        if leave >= 0:
-            for c in range(6):
-                noise = max(noise, 1e-15 * abs(inverse[leave, c] * task[c]))
-        if leave < 0 or worst >= -noise:
-            return 0
-        # Tilt u about the five other vertices until the next vertex of the set supports it.
-        _row_sum(inverse, u)
-        row = inverse[leave].copy()
-        for r in range(6):
-            trial[r] = -row[r]
-        h, kind = _price(trial, body, pads, score, choice, vertex)
-        if h <= 1e-12:
-            return 1
-        direction = trial.copy()
-        for _ in range(60):
-            fall = -_dot(row, vertex)
-            angle = max(1.0 - _dot(u, vertex), 0.0) / fall
-            direction[:] = trial
-            for r in range(6):
-                trial[r] = u[r] - angle * row[r]
-            new = column
-            h, kind_new = _price(trial, body, pads, score, choice, new)
-            if h <= 1.0 + stop or -_dot(row, new) <= 1e-12:
-                break
-            kind = kind_new
-            vertex[:] = new
-        _times(inverse, vertex, column)
-        if column[leave] > -1e-11:
-            return 2
-        _replace(state, leave, vertex, direction, kind, column)
-    return 2
+TINY = 1e-9
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -178,15 +37,15 @@ def _settle(state, task, size, body, pads, score, choice, stop):
     u, vertex, correction = np.empty(6), np.empty(6), np.empty(6)
     if not invert(basis, inverse):
         return False, 0.0, np.inf, 1.0
-    _times(inverse, task, weights)
-    _row_sum(inverse, u)
+    times(inverse, task, weights)
+    row_sum(inverse, u)
     # One step of refinement: vertices of a smooth set lie close together.
     for c in range(6):
         rest = task[c]
         for r in range(6):
             rest -= basis[c, r] * weights[r]
         vertex[c] = rest
-    _times(inverse, vertex, correction)
+    times(inverse, vertex, correction)
     for r in range(6):
         weights[r] += correction[r]
     total, real, left = 0.0, 0.0, 0.0
@@ -201,8 +60,8 @@ def _settle(state, task, size, body, pads, score, choice, stop):
             left = max(left, abs(weights[r]) * length / far)
         else:
             real += max(weights[r], 0.0)
-    h, _ = _price(u, body, pads, score, choice, vertex)
-    reach = _dot(u, task)
+    h, _ = price(u, body, pads, score, choice, vertex)
+    reach = dot(u, task)
     upper = h / reach if reach > 0.0 else np.inf
     # Dropping a negative weight must cost no more than round-off of the task itself.
     for c in range(6):
@@ -233,8 +92,8 @@ def _separate(state, task, size, body, pads, score, choice):
         if kinds[r] == ARTIFICIAL:
             for c in range(6):
                 u[c] += inverse[r, c]
-    h, _ = _price(u, body, pads, score, choice, vertex)
-    reach = _dot(u, task)
+    h, _ = price(u, body, pads, score, choice, vertex)
+    reach = dot(u, task)
     length, far = 0.0, 0.0
     for r in range(6):
         length += abs(u[r]) * size[r]
@@ -257,7 +116,7 @@ def shoot(state, warm, task, size, body, pads, stop, score, choice):
     for r in range(6):
         far = max(far, abs(task[r]) / size[r])
     zero = TINY / far
-    if warm and _dual(state, task, body, pads, stop, 60, score, choice) == 0:
+    if warm and dual(state, task, body, pads, stop, 60, score, choice) == 0:
         good, value, upper, left = _settle(state, task, size, body, pads, score, choice, stop)
         if good and left == 0.0:
             return SOLVED, value, value, max(upper, value)
@@ -272,12 +131,12 @@ def shoot(state, warm, task, size, body, pads, stop, score, choice):
             target[r] += push if task[r] >= 0.0 else -push
         shrunk = False
         while True:
-            done, upper, _ = _primal(state, target, task, body, pads, stop, cap, score, choice)
+            done, upper, _ = primal(state, target, task, body, pads, stop, cap, score, choice)
             best = min(best, upper)
             if not done:
                 break
             if best > zero:
-                _dual(state, task, body, pads, stop, 200, score, choice)
+                dual(state, task, body, pads, stop, 200, score, choice)
             good, value, upper, left = _settle(state, task, size, body, pads, score, choice, stop)
             best = min(best, upper)
             if left > 1e-12:

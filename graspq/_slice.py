@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from graspq._ray import _row_sum, extent, shoot
+from graspq._pivot import row_sum
+from graspq._ray import extent, shoot
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -23,7 +24,7 @@ def stops(rays, body, pads, stop, reaches, planes):
         if status != 0:
             reaches[j] = 0.0
             return False
-        _row_sum(state[1], u)
+        row_sum(state[1], u)
         reaches[j] = value
         for r in range(6):
             planes[j, r] = u[r]

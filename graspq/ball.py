@@ -35,17 +35,22 @@ def is_force_closure(wrenches: Any) -> bool:
 
     True when the origin is strictly inside the wrench space with unloading; both bounds agree.
     """
-    from graspq._epsilon import strictly_inside
     from graspq._flat import spread
+    from graspq._ray import CAPPED, SOLVED, reach
 
     packed = pack(wrenches, "l1", True)
     inner, size = np.empty(6), np.empty(6)
     if spread(packed.body, inner, size, np.empty((6, 6))) == 0.0 and _is_flat(packed, size):
         return False
-    status, inside = strictly_inside(packed.body, inner, size)
-    if status == 2:
+    if np.abs(inner / size).max() <= 1e-12:
+        return True
+    # Seen from an inner point of the space, the origin must not be the last point of the way.
+    stop = 1e-6 if packed.smooth else 1e-12
+    status, *_ = reach(-inner[:, None], packed.body, np.zeros((0, 6)), stop, packed.owners,
+                       packed.ball_owners, np.zeros((packed.contacts, 6)))
+    if status == CAPPED:
         raise GraspError("is_force_closure: the grasp is too close to degenerate to decide")
-    return bool(inside)
+    return status == SOLVED
 
 
 def ball_of(packed: Packed, tol: float) -> float:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from graspq.ball import FIRST_FACETS, FIRST_VERTICES, epsilon
+from graspq.ball import epsilon
 from graspq.errors import GraspError, as_number
 from graspq.scaling import task_scaling
 from graspq.sets import as_bound, as_tasks
@@ -98,21 +98,13 @@ def epsilon_batch(
     as_bound(bound)
     as_number("tol", tol, positive=True)
     count = _count(grasps)
-    out = np.zeros((count, 2))
-    flat = _flatten(grasps) if unloading else None
-    left = range(count)
-    if flat is not None:
-        from graspq._batch import ball_many
-
-        _spread(count, workers, lambda low, high: ball_many(
-            *flat, bound == "l1", low, high, FIRST_FACETS, FIRST_VERTICES, out))
-        left = np.flatnonzero(out[:, 0] > 0)
+    out = np.zeros(count)
 
     def one(g: int) -> None:
-        out[g] = 0, epsilon(grasps[g], bound, unloading, tol)
+        out[g] = epsilon(grasps[g], bound, unloading, tol)
 
-    _each(left, workers, one)
-    return out[:, 1]
+    _each(range(count), workers, one)
+    return out
 
 
 def volume_batch(
