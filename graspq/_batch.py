@@ -13,7 +13,7 @@ NO_PADS, NOBODY = np.zeros((0, 6)), np.zeros(0, np.int64)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _body(columns, widths, first, begin, end, united):
+def grasp_body(columns, widths, first, begin, end, united):
     """One grasp as a body: contacts begin to end, whose columns start at ``first``."""
     total = 0
     for i in range(begin, end):
@@ -44,7 +44,7 @@ def reach_many(columns, widths, first, contacts, united, tasks, begins, ends, lo
     inner, size, scatter = np.empty(6), np.empty(6), np.empty((6, 6))
     for g in range(low, high):
         begin, end = contacts[g], contacts[g + 1]
-        body, owners = _body(columns, widths, first[begin], begin, end, united)
+        body, owners = grasp_body(columns, widths, first[begin], begin, end, united)
         if spread(body, inner, size, scatter) == 0.0:
             out[g, 0] = SINGULAR
             continue
@@ -74,7 +74,7 @@ def reach_one(columns, widths, united, tasks, stop, forces):
         total += length
     if not total < np.inf:
         return REFUSED, 0.0, 0.0, 0.0, 0
-    body, owners = _body(columns, widths, 0, 0, widths.shape[0], united)
+    body, owners = grasp_body(columns, widths, 0, 0, widths.shape[0], united)
     inner, size = np.empty(6), np.empty(6)
     if spread(body, inner, size, np.empty((6, 6))) == 0.0:
         return SINGULAR, 0.0, 0.0, 0.0, 0

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from graspq.ball import epsilon
+from graspq.ball import FIRST_FACETS, FIRST_VERTICES, epsilon
 from graspq.errors import GraspError, as_number
 from graspq.scaling import task_scaling
 from graspq.sets import as_bound, as_tasks
@@ -98,13 +98,21 @@ def epsilon_batch(
     as_bound(bound)
     as_number("tol", tol, positive=True)
     count = _count(grasps)
-    out = np.zeros(count)
+    out = np.zeros((count, 2))
+    flat = _flatten(grasps) if unloading else None
+    left = np.arange(count)
+    if flat is not None:
+        from graspq._ball_batch import ball_many
+
+        _spread(count, workers, lambda low, high: ball_many(
+            *flat, bound == "l1", low, high, FIRST_FACETS, FIRST_VERTICES, out))
+        left = np.flatnonzero(out[:, 0] > 0)
 
     def one(g: int) -> None:
-        out[g] = epsilon(grasps[g], bound, unloading, tol)
+        out[g] = 0, epsilon(grasps[g], bound, unloading, tol)
 
-    _each(range(count), workers, one)
-    return out
+    _each(left, workers, one)
+    return out[:, 1]
 
 
 def volume_batch(
@@ -193,10 +201,8 @@ def _each(indices: Any, workers: int | None, run: Callable[[int], None]) -> None
         except GraspError as error:
             raise GraspError(f"grasps[{g}]: {error}") from error
 
-    threads = _workers(workers)
-    if threads == 1 or len(indices) < 2:
-        for g in indices:
+    def stretch(low: int, high: int) -> None:
+        for g in indices[low:high]:
             guarded(g)
-        return
-    with ThreadPoolExecutor(threads) as pool:
-        list(pool.map(guarded, indices))
+
+    _spread(len(indices), workers, stretch)

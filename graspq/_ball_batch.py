@@ -1,0 +1,18 @@
+"""Compiled loop of ε over many grasps; it runs without the interpreter's lock."""
+
+from __future__ import annotations
+
+from numba import njit
+
+from graspq._batch import grasp_body
+from graspq._epsilon import ball
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def ball_many(columns, widths, first, contacts, united, low, high, facets, vertices, out):
+    """ε of the grasps low to high; rows of ``out`` are status, value."""
+    for g in range(low, high):
+        begin, end = contacts[g], contacts[g + 1]
+        body, _ = grasp_body(columns, widths, first[begin], begin, end, united)
+        status, _, value = ball(body, 0.0, facets, vertices)
+        out[g, 0], out[g, 1] = status, value
