@@ -101,7 +101,7 @@ def loft(rings: Sequence[Array] | Array) -> trimesh.Trimesh:
 
 
 def loft_sections(
-    sections: Sequence[Array], along: Sequence[float] | Array, axis: str = "z"
+    sections: Sequence[Array], along: Sequence[float] | npt.NDArray, axis: str = "z"
 ) -> trimesh.Trimesh:
     """Closed loft of sections (n, 2) at increasing coordinates of an axis [m]."""
     return loft([place(s, w, axis) for s, w in zip(sections, along, strict=True)])
