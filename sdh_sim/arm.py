@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import math
+import warnings
 
 import mink
 import mujoco
 import numpy as np
 
+from qpsolvers.warnings import SparseConversionWarning
+
 from sdh_sim import sdh2_constants as c
 from sdh_sim.scene import ARM, ARM_JOINTS, arm_spec, arm_speed_limit
+
+# A 6 × 6 problem is dense by nature; the notice that OSQP wants it sparse helps nobody.
+warnings.filterwarnings("ignore", category=SparseConversionWarning)
 
 SOLVER = "osqp"
 SOLVER_OPTIONS = {"eps_abs": 1e-7, "eps_rel": 1e-7, "max_iter": 4000}
@@ -28,12 +34,12 @@ class ArmKinematics:
 
     def __init__(self) -> None:
         spec = arm_spec()
-        flange = spec.site(f"{ARM}flange")
-        turn = np.empty(4)
-        mujoco.mju_copy(turn, flange.quat)
+        # The spec's site may be oriented by zaxis or euler; the compiled one has a quaternion.
+        flange = spec.compile().site(f"{ARM}flange")
         offset = np.empty(3)
-        mujoco.mju_rotVecQuat(offset, np.array([0.0, 0.0, c.MOUNT_HEIGHT]), turn)
-        flange.parent.add_site(name="palm", pos=flange.pos + offset, quat=turn)
+        mujoco.mju_rotVecQuat(offset, np.array([0.0, 0.0, c.MOUNT_HEIGHT]), flange.quat)
+        parent = spec.site(f"{ARM}flange").parent
+        parent.add_site(name="palm", pos=flange.pos + offset, quat=flange.quat)
         self.model = spec.compile()
         self.speed_limit = arm_speed_limit(self.model)
         joints = [self.model.joint(ARM + name) for name in ARM_JOINTS]
@@ -95,13 +101,10 @@ class ArmKinematics:
     def reach(self, position: np.ndarray, rotation: np.ndarray) -> np.ndarray | None:
         """Joint angles (6,) for a palm pose from any of a few postures; None when out of reach."""
         turn = -math.atan2(position[1], position[0])  # joint 1 turns about -z
-        for shoulder, elbow, wrist4, wrist5 in (
-            (0.6, -0.6, 0.0, 0.6),
-            (0.3, 0.4, 0.0, 0.9),
-            (0.6, -0.6, 1.4, 0.8),
-            (0.6, -0.6, -1.4, 0.8),
-        ):
-            start = np.array([turn, shoulder, elbow, wrist4, wrist5, 0.0])
+        forward = rotation[2, 2] > -0.7  # else the hand points down
+        shoulder, elbow, bend = (0.9, 0.6, 1.5) if forward else (0.5, 0.5, 0.6)
+        for wrist4, wrist6 in ((0, 0), (0, 1.57), (0, -1.57), (0, 3.1), (1.4, 0), (-1.4, 0)):
+            start = np.array([turn, shoulder, elbow, wrist4, bend, wrist6])
             found = self.solve(position, rotation, start)
             if found is not None:
                 return found
