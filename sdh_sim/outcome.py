@@ -1,0 +1,52 @@
+"""Whether a grasp held: from the object's motion in the hand frame since the snapshot."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+MAX_DISPLACEMENT_MM = 10.0
+MAX_ROTATION_DEG = 10.0
+
+
+def motion(before: np.ndarray, now: np.ndarray, com: np.ndarray) -> tuple[float, float]:
+    """How far an object moved between two poses in the same frame.
+
+    Args:
+        before, now: poses x y z qw qx qy qz (7,) [m].
+        com: point of the object whose displacement counts (3,) [m].
+
+    Returns:
+        displacement [mm] and rotation [deg].
+    """
+    shift = _apply(now, com) - _apply(before, com)
+    cosine = min(1.0, abs(float(np.dot(before[3:], now[3:]))))
+    return 1e3 * float(np.linalg.norm(shift)), math.degrees(2.0 * math.acos(cosine))
+
+
+def classify(touched: bool, on_table: bool, displacement_mm: float, rotation_deg: float) -> str:
+    """The failure mode, ``none`` for a grasp that held.
+
+    Args:
+        touched: a pad felt the object at the snapshot.
+        on_table: the object touches the table at the end, or has left the hand.
+        displacement_mm, rotation_deg: greatest motion since the snapshot.
+    """
+    if not touched:
+        return "no_contact"
+    if not (math.isfinite(displacement_mm) and math.isfinite(rotation_deg)):
+        return "unstable_simulation"
+    if on_table:
+        return "dropped"
+    if displacement_mm > MAX_DISPLACEMENT_MM:
+        return "slipped"
+    if rotation_deg > MAX_ROTATION_DEG:
+        return "rotated"
+    return "none"
+
+
+def _apply(pose: np.ndarray, point: np.ndarray) -> np.ndarray:
+    w, v = pose[3], pose[4:]
+    turned = point + 2.0 * np.cross(v, np.cross(v, point) + w * point)
+    return pose[:3] + turned
