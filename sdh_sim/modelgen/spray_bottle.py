@@ -17,7 +17,17 @@ from sdh_sim.modelgen.object_parts import (
     cylinder_solid,
     label,
 )
-from sdh_sim.modelgen.object_shapes import AMBER, INK, MM, PAPER, RED, SIDES, SKY, WHITE
+from sdh_sim.modelgen.object_shapes import (
+    AMBER,
+    COLLISION_SIDES,
+    INK,
+    MM,
+    PAPER,
+    RED,
+    SIDES,
+    SKY,
+    WHITE,
+)
 from sdh_sim.modelgen.surface_nets import union_surface
 
 # Heights [m] where the barrelled body starts to close, where its outline turns from convex to
@@ -40,7 +50,7 @@ TRIGGER = np.array(
 
 
 def spray_bottle(facts: Facts) -> Shape:
-    """Spray bottle; the collision solids are its convex pieces, the outer surface their union."""
+    """Spray bottle; its collision solids are convex pieces, outer is the union of finer ones."""
     hx, hy, hz = facts.high
 
     def half_width(z: float, full: float, waist: float) -> float:
@@ -53,22 +63,27 @@ def spray_bottle(facts: Facts) -> Shape:
             return full - 0.5 * slope * (z - CLOSING) ** 2 / (TURN - CLOSING)
         return waist + 0.5 * slope * (WAIST - z) ** 2 / (WAIST - TURN)
 
-    def section_at(z: float, inset: float = 0.0) -> Array:
+    def section_at(z: float, inset: float = 0.0, sides: int = SIDES) -> Array:
         exponent = 2.0 + 0.5 * np.clip((WAIST - z) / (WAIST - CLOSING), 0.0, 1.0)
         u = half_width(z, hx, WAIST_HALF[0]) - inset
-        return lofts.superellipse(u, half_width(z, hy, WAIST_HALF[1]) - inset, SIDES, exponent)
+        return lofts.superellipse(u, half_width(z, hy, WAIST_HALF[1]) - inset, sides, exponent)
 
-    heel_rows = -hz + HEEL * (1.0 - np.cos(np.linspace(0.0, np.pi / 2, 6)))
-    side_rows = np.linspace(-hz + HEEL, CLOSING, 7)[1:]
-    turn_rows = np.linspace(CLOSING, TURN, 6)[1:]
+    def coarse(z: float, inset: float = 0.0) -> Array:
+        return section_at(z, inset, COLLISION_SIDES)
+
+    def body_rows(heel: int, sides: int, turn: int) -> Array:
+        heel_rows = -hz + HEEL * (1.0 - np.cos(np.linspace(0.0, np.pi / 2, heel)))
+        side_rows = np.linspace(-hz + HEEL, CLOSING, sides)[1:]
+        return np.concatenate((heel_rows, side_rows, np.linspace(CLOSING, TURN, turn)[1:]))
+
     waist_rows = np.linspace(TURN, COLLAR, WAIST_SEGMENTS + 1)
-    body_rows = np.concatenate((heel_rows, side_rows, turn_rows))
-    fine_rows = np.concatenate((body_rows, np.linspace(TURN, COLLAR, 25)[1:]))
+    fine_body, fine_waist = body_rows(6, 7, 8), np.linspace(TURN, COLLAR, 25)
+    fine_rows = np.concatenate((fine_body, fine_waist[1:]))
     body = _piece(section_at, fine_rows)
 
-    solids = [Solid("body", _piece(section_at, body_rows))]
+    solids = [Solid("body", _piece(coarse, body_rows(5, 3, 6)))]
     for i, (a, b) in enumerate(pairwise(waist_rows)):
-        solids.append(Solid(f"waist_{i}", _piece(section_at, [a, b])))
+        solids.append(Solid(f"waist_{i}", _piece(coarse, [a, b])))
     solids.append(cylinder_solid("collar", COLLAR_RADIUS, COLLAR - 2 * MM, 77 * MM))
     solids.append(cylinder_solid("neck", 13.5 * MM, 70 * MM, 90 * MM))
     shroud = _shroud()
@@ -109,7 +124,10 @@ def spray_bottle(facts: Facts) -> Shape:
             Visual(f"band_{side}", band, RED, 0.3),
             Visual(f"mark_{side}", mark, AMBER, 0.3),
         ]
-    return Shape(visuals, solids, union_surface([s.mesh for s in solids], 4.3 * MM))
+    outer = [_piece(section_at, fine_body)]
+    outer += [_piece(section_at, pair) for pair in pairwise(fine_waist)]
+    outer += [s.mesh for s in solids if s.name != "body" and not s.name.startswith("waist")]
+    return Shape(visuals, solids, union_surface(outer, 4.3 * MM))
 
 
 def _piece(section_at, rows) -> Mesh:

@@ -8,6 +8,7 @@ it, which no marching method does and a boolean of meshes does not distribute.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -26,12 +27,12 @@ def union_surface(
     Features thinner than two pitches may be lost. Raises ValueError when the result is not closed:
     a finer pitch resolves two sheets that pass through one cell.
     """
-    planes = [_planes(part) for part in parts]
+    solids = [_convex(part, 2.0 * pitch) for part in parts]
     low = np.min([p.bounds[0] for p in parts], axis=0) - 1.37 * pitch
     high = np.max([p.bounds[1] for p in parts], axis=0) + 1.37 * pitch
     shape = np.ceil((high - low) / pitch).astype(int) + 1
     grid = np.stack(np.meshgrid(*(np.arange(s) for s in shape), indexing="ij"), axis=-1)
-    values = _distance(low + pitch * grid.reshape(-1, 3), planes)[0].reshape(shape)
+    values = _distance(low + pitch * grid.reshape(-1, 3), solids)[0].reshape(shape)
 
     vertices, cell_ids = _cell_vertices(values)
     faces = _quads(values < 0.0, cell_ids)
@@ -39,12 +40,12 @@ def union_surface(
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     neighbours = _neighbour_means(mesh)
     for _ in range(relaxations):
-        distance, normal = _distance(vertices, planes)
+        distance, normal = _distance(vertices, solids)
         step = neighbours(vertices) - vertices
         step -= np.sum(step * normal, axis=1, keepdims=True) * normal
         vertices = vertices + 0.5 * step
         for _ in range(3):
-            distance, normal = _distance(vertices, planes)
+            distance, normal = _distance(vertices, solids)
             vertices = vertices - distance[:, None] * normal
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     if not mesh.is_watertight:
@@ -52,25 +53,38 @@ def union_surface(
     return mesh
 
 
-def _planes(part: trimesh.Trimesh) -> tuple[Array, Array]:
-    """Outward unit normals (k, 3) and offsets (k,) [m] of a convex mesh's distinct facets."""
+@dataclass(frozen=True)
+class _Convex:
+    """Facets of a convex mesh: outward unit normals (k, 3), offsets (k,) and bounds (2, 3) [m]."""
+
+    normals: Array
+    offsets: Array
+    bounds: Array
+
+
+def _convex(part: trimesh.Trimesh, margin: float) -> _Convex:
+    """A part's distinct facets, and its bounding box grown by the margin [m]."""
     normals = np.asarray(part.face_normals)
     offsets = np.sum(normals * part.triangles_center, axis=1)
     rows = np.unique(np.column_stack((normals, offsets)).round(9), axis=0)
-    return rows[:, :3], rows[:, 3]
+    return _Convex(rows[:, :3], rows[:, 3], part.bounds + np.array([[-margin], [margin]]))
 
 
-def _distance(points: Array, planes: Sequence[tuple[Array, Array]]) -> tuple[Array, Array]:
-    """Signed distance (n,) [m] to the nearest part's facet planes and its unit gradient (n, 3)."""
+def _distance(points: Array, parts: Sequence[_Convex]) -> tuple[Array, Array]:
+    """Signed distance (n,) [m] to the nearest part's facet planes and its unit gradient (n, 3).
+
+    Infinite outside the grown bounding boxes of all parts, where no surface is near.
+    """
     best = np.full(len(points), np.inf)
     gradient = np.zeros((len(points), 3))
-    for normals, offsets in planes:
-        heights = points @ normals.T - offsets
+    for part in parts:
+        near = np.flatnonzero(np.all((points > part.bounds[0]) & (points < part.bounds[1]), axis=1))
+        heights = points[near] @ part.normals.T - part.offsets
         facet = np.argmax(heights, axis=1)
-        distance = heights[np.arange(len(points)), facet]
-        nearer = distance < best
-        best[nearer] = distance[nearer]
-        gradient[nearer] = normals[facet[nearer]]
+        distance = heights[np.arange(len(near)), facet]
+        nearer = distance < best[near]
+        best[near[nearer]] = distance[nearer]
+        gradient[near[nearer]] = part.normals[facet[nearer]]
     return best, gradient
 
 
