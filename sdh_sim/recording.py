@@ -1,0 +1,218 @@
+"""Trials as rerun recordings: geometry once, then columns of what moved, pushed and was felt."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rerun as rr
+
+from sdh_sim import sdh2_constants as c
+from sdh_sim.atomic import write_atomic
+from sdh_sim.hand import MOTOR_NAMES, PAD_NAMES, live_mask, taxel_centres, torque_limits
+from sdh_sim.log import TrialLog
+from sdh_sim.objects import object_info
+from sdh_sim.recording_geometry import body_path, log_geometry
+from sdh_sim.recording_layout import (
+    FULL_SCALE, MOTOR_COLORS, SERIES_OF_LIMIT, TIMELINE, blueprint, heat_colors,
+)  # fmt: skip
+from sdh_sim.recording_text import verdict_markdown
+from sdh_sim.tactile import arrays
+
+APPLICATION = "sdh-sim"
+FORCE_SCALE = 0.003  # length of a force arrow [m/N]
+FORCE_COLOR, CONTACT_COLOR = (230, 40, 60), (30, 110, 255)
+
+
+def write_recording(log: TrialLog, path: Path) -> None:
+    """Write the recording of a trial; the file is whole or not there.
+
+    Args:
+        log: the trial's log.
+        path: file to write; its name may end in anything.
+
+    Raises:
+        OSError: the disk refused.
+    """
+    stream = rr.RecordingStream(APPLICATION, recording_id=recording_id(log))
+    # The stream's own file sink reports a full disk on standard error only, so the bytes come
+    # here and are written in a way that raises.
+    sink = stream.binary_stream()
+    stream.send_blueprint(blueprint(log))
+    log_trial(stream, log)
+    content = sink.read()
+    stream.disconnect()
+    if not content:
+        raise RuntimeError(f"rerun gave no bytes for {path}; expected a recording")
+    write_atomic(Path(path), content)
+
+
+def spawn_viewer(log: TrialLog) -> None:
+    """Open the rerun viewer on a trial and return; the viewer stays.
+
+    Raises:
+        RuntimeError: no viewer could be started.
+    """
+    # The viewer's executable lies beside the interpreter, which need not be on the path.
+    folder = str(Path(sys.executable).parent)
+    os.environ["PATH"] = os.pathsep.join([folder, os.environ.get("PATH", "")])
+    stream = rr.RecordingStream(APPLICATION, recording_id=recording_id(log))
+    stream.spawn(default_blueprint=blueprint(log), hide_welcome_screen=True)
+    log_trial(stream, log)
+    stream.flush()
+
+
+def recording_id(log: TrialLog) -> str:
+    """A name that the same trial has again and another has not; a viewer merges equal names."""
+    digest = hashlib.sha256(repr(log.scene.settings).encode()).hexdigest()[:8]
+    return f"{log.row['object']}-seed{log.row['seed']}-{digest}"
+
+
+def log_trial(stream: rr.RecordingStream, log: TrialLog) -> None:
+    """Send everything of a trial into a recording stream."""
+    row = log.row
+    outcome = "held" if row["success"] else row["failure"]
+    stream.send_recording_name(f"{row['object']}, seed {row['seed']}: {outcome}")
+    stream.send_property("trial", rr.AnyValues(**_facts(log)))
+    log_geometry(stream, log.scene)
+    _log_poses(stream, log)
+    _log_touch(stream, log)
+    _log_forces(stream, log)
+    _log_prediction(stream, log)
+    _log_series(stream, log)
+    _log_phases(stream, log)
+    text = rr.TextDocument(verdict_markdown(log), media_type="text/markdown")
+    stream.log("verdict", text, static=True)
+
+
+def _facts(log: TrialLog) -> dict[str, Any]:
+    keys = (
+        "object", "seed", "success", "failure", "displacement_mm", "rotation_deg", "q_linf",
+        "q_l1", "q_reason", "contacts", "mass_kg", "friction", "approach", "preshape",
+        "sim_seconds",
+    )  # fmt: skip
+    facts = {key: log.row[key] for key in keys if log.row.get(key) is not None}
+    facts["torque_limit_nm"] = list(log.scene.settings.torque_limit)
+    facts["arrow_scale_m_per_n"] = FORCE_SCALE
+    return facts
+
+
+def _times(log: TrialLog) -> rr.TimeColumn:
+    return rr.TimeColumn(TIMELINE, duration=log.time)
+
+
+def _log_poses(stream: rr.RecordingStream, log: TrialLog) -> None:
+    model = log.scene.model
+    quat = log.body_quat[:, :, [1, 2, 3, 0]]  # MuJoCo has w first, rerun last
+    for body in range(1, model.nbody):
+        path = body_path(model, body)
+        if model.body_weldid[body] == 0:  # fixed to the world
+            pose = rr.Transform3D(translation=log.body_position[0, body], quaternion=quat[0, body])
+            stream.log(path, pose, static=True)
+        else:
+            columns = rr.Transform3D.columns(
+                translation=log.body_position[:, body], quaternion=quat[:, body]
+            )
+            stream.send_columns(path, [_times(log)], columns)
+
+
+def _log_touch(stream: rr.RecordingStream, log: TrialLog) -> None:
+    """Per pad an image of forces [N], and the taxels as coloured points on the link."""
+    frames = [arrays(sample) for sample in log.tactile]
+    for index, (finger, kind) in enumerate(c.PADS):
+        which = 0 if kind == "proximal" else 1
+        forces = np.array([frame[which][index % 3] for frame in frames], dtype=np.float32)
+        name = PAD_NAMES[index]
+        rows, columns = forces.shape[1:]
+        layout = rr.components.ImageFormat(
+            width=columns, height=rows, channel_datatype=rr.ChannelDatatype.F32
+        )
+        style = rr.DepthImage.from_fields(
+            format=layout, meter=1.0, colormap="inferno", depth_range=[0.0, FULL_SCALE]
+        )
+        path = f"tactile/{name}"
+        stream.log(path, style, static=True)
+        buffers = forces.reshape(len(forces), -1).view(np.uint8)
+        stream.send_columns(path, [_times(log)], rr.DepthImage.columns(buffer=buffers))
+
+        live = live_mask(kind)
+        points = f"{body_path(log.scene.model, log.scene.model.body(f'hand/{name}').id)}/taxels"
+        stream.log(
+            points,
+            rr.Points3D(taxel_centres(kind)[live], radii=0.4 * c.TAXEL_PITCH),
+            static=True,
+        )
+        colors = heat_colors(forces[:, live])
+        columns = rr.Points3D.columns(colors=colors.reshape(-1))
+        stream.send_columns(points, [_times(log)], columns.partition([live.sum()] * len(forces)))
+
+
+def _log_forces(stream: rr.RecordingStream, log: TrialLog) -> None:
+    """Forces on the object, arrows that end at the contact: inside the object none would show."""
+    lengths = [len(points) for points in log.contact_points]
+    forces = np.concatenate(log.contact_forces) * FORCE_SCALE
+    points = np.concatenate(log.contact_points)
+    path = "world/contact_forces"
+    stream.log(path, rr.Arrows3D.from_fields(colors=FORCE_COLOR, radii=0.0006), static=True)
+    columns = rr.Arrows3D.columns(origins=points, vectors=forces)
+    stream.send_columns(path, [_times(log)], columns.partition(lengths))
+
+
+def _log_prediction(stream: rr.RecordingStream, log: TrialLog) -> None:
+    """Contacts that the prediction used, from the snapshot on: normals as long as g*."""
+    if log.prediction is None or not log.prediction.contacts:
+        return
+    contacts = [pad.contact for pad in log.prediction.contacts]
+    normals = np.array([k.normal * k.max_normal_force * FORCE_SCALE for k in contacts])
+    # The prediction's frame is the object's, moved to the centre of mass.
+    at = np.array([k.position for k in contacts]) + object_info(log.row["object"]).com_m
+    lift = next((k for k, name in enumerate(log.phase) if name == "lift"), len(log.time) - 1)
+    stream.set_time(TIMELINE, duration=float(log.time[lift]))
+    path = f"{body_path(log.scene.model, log.scene.object)}/predicted_contacts"
+    stream.log(
+        path,
+        rr.Arrows3D(
+            origins=at - normals, vectors=normals, colors=CONTACT_COLOR, radii=0.0012,
+            labels=[f"{p.pad} g* {p.contact.max_normal_force:.1f} N"
+                    for p in log.prediction.contacts],
+            show_labels=False,
+        ),
+    )  # fmt: skip
+
+
+def _log_series(stream: rr.RecordingStream, log: TrialLog) -> None:
+    for index, name in enumerate(MOTOR_NAMES):
+        path = f"torque/{name}"
+        style = rr.SeriesLines(colors=MOTOR_COLORS[index], names=name, widths=1.5)
+        stream.log(path, style, static=True)
+        values = rr.Scalars.columns(scalars=log.motor_torque[:, index])
+        stream.send_columns(path, [_times(log)], values)
+    limits = torque_limits(log.scene.settings.torque_limit)
+    ends = log.time[[0, -1]]
+    for name, motor, color in SERIES_OF_LIMIT:
+        path = f"torque/limit_{motor.rpartition('_')[2]}"
+        limit = limits[MOTOR_NAMES.index(motor)]
+        style = rr.SeriesLines(colors=color, names=f"limit {name}", widths=3.0)
+        stream.log(path, style, static=True)
+        values = rr.Scalars.columns(scalars=[limit, limit])
+        stream.send_columns(path, [rr.TimeColumn(TIMELINE, duration=ends)], values)
+    style = rr.SeriesLines(colors=(40, 170, 90), names="object height [mm]", widths=2.0)
+    stream.log("object_height", style, static=True)
+    values = rr.Scalars.columns(scalars=log.object_height * 1e3)
+    stream.send_columns("object_height", [_times(log)], values)
+
+
+def _log_phases(stream: rr.RecordingStream, log: TrialLog) -> None:
+    starts = [k for k in range(len(log.phase)) if k == 0 or log.phase[k] != log.phase[k - 1]]
+    texts = [log.phase[k] for k in starts]
+    outcome = "held" if log.row["success"] else f"failed: {log.row['failure']}"
+    times = rr.TimeColumn(TIMELINE, duration=log.time[[*starts, len(log.time) - 1]])
+    columns = rr.TextLog.columns(
+        text=[*texts, outcome],
+        level=["INFO"] * len(texts) + ["INFO" if log.row["success"] else "WARN"],
+    )
+    stream.send_columns("phase", [times], columns)
