@@ -155,7 +155,8 @@ def cylindrical_bottle(facts: Facts) -> Shape:
             (-100.5, 34.3, 34.55),
             (-97.0, hz / MM, hx / MM),
             (-90.0, hz / MM, 34.65),
-            (-82.0, 34.3, 34.3),
+            (-84.0, 33.8, 34.4),
+            (-80.0, 33.0, 33.0),  # inside the body
         ]
     )
     heel_rows = [lofts.superellipse(z * MM, x * MM, SIDES) for _, z, x in heel]
@@ -163,9 +164,9 @@ def cylindrical_bottle(facts: Facts) -> Shape:
     dome = cap_radius + (radius - cap_radius) * np.sqrt(1.0 - 0.99 * t**2)
     dome_y = shoulder + (top - shoulder) * t
     circle = [lofts.superellipse(r, r, SIDES) for r in dome]
-    inside = lofts.superellipse(radius - 0.2 * MM, radius - 0.2 * MM, SIDES)
+    inside = lofts.superellipse(radius - 1.5 * MM, radius - 1.5 * MM, SIDES)
     heel_mesh = lofts.loft_sections(heel_rows, heel[:, 0] * MM, "y")
-    dome_mesh = lofts.loft_sections([inside, *circle], [40 * MM, *dome_y], "y")
+    dome_mesh = lofts.loft_sections([inside, *circle], [46 * MM, *dome_y], "y")
     cap_low = 75 * MM
 
     def round_at(_: float) -> Array:
@@ -190,13 +191,13 @@ def cylindrical_bottle(facts: Facts) -> Shape:
         Solid("shoulder", dome_mesh),
         cylinder_solid("cap", cap_radius, 65 * MM, hy, "y"),
     ]
-    outline = [lofts.superellipse(z * MM, x * MM, 48) for _, z, x in heel[:-1]]
+    outline = [lofts.superellipse(z * MM, x * MM, 48) for _, z, x in heel[:6]]
     side_y = np.linspace(-82 * MM, shoulder, 22)
     cap_y = np.linspace(top + 5 * MM, hy, 6)
     outline += [lofts.superellipse(radius, radius, 48)] * len(side_y)
     outline += [lofts.superellipse(r, r, 48) for r in dome[1:]]
     outline += [lofts.superellipse(cap_radius, cap_radius, 48)] * len(cap_y)
-    along = np.concatenate((heel[:-1, 0] * MM, side_y, dome_y[1:], cap_y))
+    along = np.concatenate((heel[:6, 0] * MM, side_y, dome_y[1:], cap_y))
     return Shape(visuals, solids, with_discs(outline, along, 5 * MM, "y"))
 
 
