@@ -8,7 +8,6 @@ import warnings
 import mink
 import mujoco
 import numpy as np
-
 from qpsolvers.warnings import SparseConversionWarning
 
 from sdh_sim import sdh2_constants as c

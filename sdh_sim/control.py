@@ -35,10 +35,7 @@ class FingerControl:
         self._finger = np.array(finger)
         self._flexion = np.array([m.kind != "spread" for m in c.MOTORS])
         self._squeeze = np.array(
-            [
-                m.kind == "proximal" or (m.kind == "distal" and preshape in CURLING)
-                for m in c.MOTORS
-            ]
+            [m.kind == "proximal" or (m.kind == "distal" and preshape in CURLING) for m in c.MOTORS]
         )
         self._grip: np.ndarray | None = None
         self._squeezed = 0.0

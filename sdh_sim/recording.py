@@ -18,7 +18,12 @@ from sdh_sim.log import TrialLog
 from sdh_sim.objects import object_info
 from sdh_sim.recording_geometry import body_path, log_geometry
 from sdh_sim.recording_layout import (
-    FULL_SCALE, MOTOR_COLORS, SERIES_OF_LIMIT, TIMELINE, blueprint, heat_colors,
+    FULL_SCALE,
+    MOTOR_COLORS,
+    SERIES_OF_LIMIT,
+    TIMELINE,
+    blueprint,
+    heat_colors,
 )  # fmt: skip
 from sdh_sim.recording_text import verdict_markdown
 from sdh_sim.tactile import arrays
@@ -123,7 +128,7 @@ def _log_poses(stream: rr.RecordingStream, log: TrialLog) -> None:
 def _log_touch(stream: rr.RecordingStream, log: TrialLog) -> None:
     """Per pad an image of forces [N], and the taxels as coloured points on the link."""
     frames = [arrays(sample) for sample in log.tactile]
-    for index, (finger, kind) in enumerate(c.PADS):
+    for index, (_finger, kind) in enumerate(c.PADS):
         which = 0 if kind == "proximal" else 1
         forces = np.array([frame[which][index % 3] for frame in frames], dtype=np.float32)
         name = PAD_NAMES[index]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import rerun.blueprint as rrb
 
-from sdh_sim.hand import MOTOR_NAMES, PAD_NAMES
+from sdh_sim.hand import PAD_NAMES
 from sdh_sim.log import TrialLog
 
 TIMELINE = "sim_time"

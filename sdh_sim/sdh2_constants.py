@@ -152,7 +152,7 @@ def pad_surface(kind: str, row: float, column: float) -> tuple[np.ndarray, np.nd
 
 
 class Preshape(NamedTuple):
-    """Spread, and proximal and distal angle as offset + slope * closing ratio (0 open, 1 closed)."""
+    """Spread; proximal and distal angle as (offset, slope) of the closing ratio (1 is closed)."""
 
     spread: float
     proximal: tuple[float, float]

@@ -77,7 +77,9 @@ class TrialSettings:
         known = {f.name for f in dataclasses.fields(cls)}
         unknown = sorted(set(data) - known)
         if unknown:
-            raise SettingsError(f"unknown setting {unknown[0]!r}; known are {', '.join(sorted(known))}")
+            raise SettingsError(
+                f"unknown setting {unknown[0]!r}; known are {', '.join(sorted(known))}"
+            )
         if "object" not in data:
             raise SettingsError("setting 'object' is missing")
         values = dict(data)

@@ -20,7 +20,12 @@ from sdh_sim.log import LogWriter, TrialLog
 from sdh_sim.objects import ObjectInfo, object_info
 from sdh_sim.prediction import Prediction, predict
 from sdh_sim.scene import (
-    ARM_GEOM, HAND_GEOM, OBJECT_GEOM, TABLE_GEOM, Scene, build_scene,
+    ARM_GEOM,
+    HAND_GEOM,
+    OBJECT_GEOM,
+    TABLE_GEOM,
+    Scene,
+    build_scene,
 )  # fmt: skip
 from sdh_sim.settings import TrialSettings
 from sdh_sim.tactile import TactileSnapshot, arrays, readings, taxel_forces
