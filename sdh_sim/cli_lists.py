@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from sdh_sim.cli_console import output, plain_table
 
@@ -38,7 +38,7 @@ def hand() -> None:
     output().print(pads)
 
 
-def _millimetres(values: Sequence[float], digits: int = 1) -> list[str]:
+def _millimetres(values: Iterable[float], digits: int = 1) -> list[str]:
     return [f"{1000.0 * float(value):.{digits}f}" for value in values]
 
 

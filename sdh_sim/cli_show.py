@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from sdh_sim import records
 from sdh_sim.cli_console import errors, output
@@ -43,6 +44,7 @@ def show(
     from sdh_sim.trial import run_trial
 
     result = run_trial(job.settings, job.seed, log=True)
+    log: Any = result.log
     row = records.normalise({**result.row, "trial": trial})
     if differing := records.differing_columns(row, rows[trial]):
         _warn(folder, differing)
@@ -50,15 +52,15 @@ def show(
     if save is not None:
         from sdh_sim.recording import write_recording
 
-        _write("--save", save, lambda: write_recording(result.log, save))
+        _write("--save", save, lambda: write_recording(log, save))
     if png is not None:
         from sdh_sim.render import render_trial
 
-        _write("--png", png, lambda: render_trial(result.log, png))
+        _write("--png", png, lambda: render_trial(log, png))
     if save is None and png is None:
         from sdh_sim.recording import spawn_viewer
 
-        spawn_viewer(result.log)
+        spawn_viewer(log)
 
 
 def _check_writable(option: str, path: Path) -> None:

@@ -56,7 +56,7 @@ def taxel_centres(kind: str) -> np.ndarray:
     return np.array([[c.pad_surface(kind, r, k)[0] for k in columns] for r in rows])
 
 
-def preshape_angles(preshape: str, ratio: float | Sequence[float]) -> np.ndarray:
+def preshape_angles(preshape: str, ratio: float | Sequence[float] | np.ndarray) -> np.ndarray:
     """Motor angles (7,) [rad] of a preshape; closing ratio one for all or one a finger.
 
     Args:

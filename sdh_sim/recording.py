@@ -130,7 +130,9 @@ def _log_touch(stream: rr.RecordingStream, log: TrialLog) -> None:
     frames = [arrays(sample) for sample in log.tactile]
     for index, (_finger, kind) in enumerate(c.PADS):
         which = 0 if kind == "proximal" else 1
+        live = live_mask(kind)
         forces = np.array([frame[which][index % 3] for frame in frames], dtype=np.float32)
+        forces[:, ~live] = np.nan  # no cell there, which is not the same as no force
         name = PAD_NAMES[index]
         rows, columns = forces.shape[1:]
         layout = rr.components.ImageFormat(
@@ -144,7 +146,6 @@ def _log_touch(stream: rr.RecordingStream, log: TrialLog) -> None:
         buffers = forces.reshape(len(forces), -1).view(np.uint8)
         stream.send_columns(path, [_times(log)], rr.DepthImage.columns(buffer=buffers))
 
-        live = live_mask(kind)
         points = f"{body_path(log.scene.model, log.scene.model.body(f'hand/{name}').id)}/taxels"
         stream.log(
             points,
@@ -157,7 +158,7 @@ def _log_touch(stream: rr.RecordingStream, log: TrialLog) -> None:
 
 
 def _log_forces(stream: rr.RecordingStream, log: TrialLog) -> None:
-    """Forces on the object, arrows that end at the contact: inside the object none would show."""
+    """Forces on the object, arrows from the contact into the object, which is seen through."""
     lengths = [len(points) for points in log.contact_points]
     forces = np.concatenate(log.contact_forces) * FORCE_SCALE
     points = np.concatenate(log.contact_points)

@@ -37,7 +37,9 @@ def log_geometry(stream: rr.RecordingStream, scene: Scene) -> None:
         name = model.geom(geom).name.rpartition("/")[2] or f"shape{geom}"
         path = f"{body_path(model, model.geom_bodyid[geom])}/{name}"
         w, x, y, z = model.geom_quat[geom]
-        pose = rr.Transform3D(translation=model.geom_pos[geom], quaternion=[x, y, z, w])
+        pose = rr.Transform3D(
+            translation=model.geom_pos[geom], quaternion=rr.Quaternion(xyzw=[x, y, z, w])
+        )
         stream.log(path, pose, shape, static=True)
 
 

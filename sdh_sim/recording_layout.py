@@ -10,7 +10,7 @@ from sdh_sim.log import TrialLog
 
 TIMELINE = "sim_time"
 FULL_SCALE = 2.0  # taxel force at the bright end of every colour map [N]
-EYE_DISTANCE = 0.55  # [m]
+EYE_DISTANCE = 0.5  # [m]
 
 MOTOR_COLORS = [
     (120, 120, 120), (220, 60, 60), (250, 160, 120), (60, 90, 220), (120, 190, 250),
@@ -39,12 +39,17 @@ def blueprint(log: TrialLog) -> rrb.Blueprint:
     limit = max(log.scene.settings.torque_limit)
     lowest = min(-0.05 * limit, float(log.motor_torque.min()) * 1.1)
     pads = [
-        rrb.Spatial2DView(origin=f"tactile/{name}", name=name.replace("_", " "))
+        rrb.Spatial2DView(
+            origin=f"tactile/{name}",
+            name=f"{name.replace('_', ' ')}, 0-{FULL_SCALE:.0f} N",
+            background=(58, 60, 66),
+        )
         for name in sorted(PAD_NAMES, key=lambda name: "proximal" in name)
     ]
     torques = rrb.TimeSeriesView(
         origin="torque", name="motor torque [N m]",
-        axis_y=rrb.ScalarAxis(range=(lowest, 1.1 * limit)),
+        axis_y=rrb.ScalarAxis(range=(lowest, 1.15 * limit)),
+        plot_legend=rrb.Corner2D.LeftTop,
     )  # fmt: skip
     words = rrb.Tabs(
         rrb.TextDocumentView(origin="verdict", name="verdict"),
@@ -56,8 +61,8 @@ def blueprint(log: TrialLog) -> rrb.Blueprint:
         rrb.Horizontal(
             rrb.Spatial3DView(origin="world", name="cell", eye_controls=_eye(log)),
             rrb.Vertical(
-                rrb.Grid(*pads, grid_columns=3, name="tactile force [N]"), torques, words,
-                row_shares=[4, 2.5, 3],
+                rrb.Grid(*pads, grid_columns=3), torques, words,
+                row_shares=[10, 9, 9],
             ),
             column_shares=[3, 2],
         ),
@@ -68,11 +73,11 @@ def blueprint(log: TrialLog) -> rrb.Blueprint:
 
 
 def _eye(log: TrialLog) -> rrb.EyeControls3D:
-    """From the side of the hand's approach, a little above, at the object's height."""
+    """From beyond the object, to the side of the hand's approach: fingers, pads and object show."""
     scene = log.scene
     target = log.body_position[0, scene.object] + (0.0, 0.0, 0.06)
     toward = target - log.body_position[-1, scene.palm]
-    heading = np.arctan2(toward[1], toward[0]) + np.pi / 2
+    heading = np.arctan2(toward[1], toward[0]) - np.pi / 3
     offset = np.array([np.cos(heading), np.sin(heading), 0.35]) * EYE_DISTANCE
     return rrb.EyeControls3D(
         position=target + offset, look_target=target, eye_up=(0.0, 0.0, 1.0), speed=0.5

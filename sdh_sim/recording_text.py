@@ -18,22 +18,20 @@ def verdict_markdown(log: TrialLog) -> str:
             f"{p.pad} {p.contact.max_normal_force:.1f} N" for p in log.prediction.contacts
         )
     facts = [
-        ("object", f"{row['object']}, {row['mass_kg']:.3f} kg, friction {row['friction']:.2f}"),
-        ("seed", f"{row['seed']}"),
-        ("outcome", f"**{outcome}**"),
+        ("object", f"{row['object']}, {row['mass_kg']:.3f} kg, friction {row['friction']:.2f}, "
+                   f"seed {row['seed']}"),
         ("motion in the hand", f"{_number(row['displacement_mm'], 'mm')}, "
                                f"{_number(row['rotation_deg'], '°')}"),
-        ("q* L∞", _number(row.get("q_linf"))),
-        ("q* L1", _number(row.get("q_l1"))),
-        ("reason", row.get("q_reason") or "-"),
+        ("q* L∞, q* L1", f"{_number(row.get('q_linf'))}, {_number(row.get('q_l1'))}"
+                         + (f" ({row['q_reason']})" if row.get("q_reason") else "")),
         ("contacts, g*", contacts),
         ("torque limit", f"{limit[0]:.3f} N m, distal {limit[1]:.3f} N m"),
         ("plan", f"{row['approach']}, {row['preshape']}, height {row['plan_height_m'] * 1e3:.0f} "
                  f"mm, roll {math.degrees(row['plan_roll_rad']):.0f}°, "
                  f"tilt {math.degrees(row['plan_tilt_rad']):.0f}°"),
     ]  # fmt: skip
-    lines = [f"# {outcome}", "", "| | |", "|---|---|"]
-    lines += [f"| {name} | {text} |" for name, text in facts]
+    table = [f"| {name} | {text} |" for name, text in facts]
+    lines = [f"## {outcome}", "", table[0], "|---|---|", *table[1:]]
     lines += ["", "A value of q* above 1 predicts that the object is held."]
     return "\n".join(lines)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
 from dataclasses import dataclass
@@ -84,10 +85,8 @@ class TrialSettings:
             raise SettingsError("setting 'object' is missing")
         values = dict(data)
         if "torque_limit" in values:
-            try:
+            with contextlib.suppress(TypeError):  # the constructor names the fault
                 values["torque_limit"] = tuple(values["torque_limit"])
-            except TypeError:
-                pass  # the constructor names the fault
         return cls(**values)
 
 

@@ -176,7 +176,7 @@ def test_lift_prints_progress_and_table(tmp_path, capsys, quick):
     assert every.split()[1:3] == ["10", str(good)]
     assert f"table: {out}/trials.parquet" in lines
     command = json.loads((out / "run.json").read_text())["sessions"][0]["command"]
-    assert command.startswith("sdh-sim ")
+    assert command.split()[0] == "sdh-sim"
 
 
 def test_options_reach_the_settings(tmp_path, quick):
