@@ -18,7 +18,9 @@ from sdh_sim.log import TrialLog
 from sdh_sim.objects import object_info
 from sdh_sim.recording_geometry import body_path, log_geometry
 from sdh_sim.recording_layout import (
+    FORCE_SCALE,
     FULL_SCALE,
+    LIMIT_SCALE,
     MOTOR_COLORS,
     SERIES_OF_LIMIT,
     TIMELINE,
@@ -29,7 +31,6 @@ from sdh_sim.recording_text import verdict_markdown
 from sdh_sim.tactile import arrays
 
 APPLICATION = "sdh-sim"
-FORCE_SCALE = 0.003  # length of a force arrow [m/N]
 FORCE_COLOR, CONTACT_COLOR = (230, 40, 60), (30, 110, 255)
 
 
@@ -102,7 +103,8 @@ def _facts(log: TrialLog) -> dict[str, Any]:
     )  # fmt: skip
     facts = {key: log.row[key] for key in keys if log.row.get(key) is not None}
     facts["torque_limit_nm"] = list(log.scene.settings.torque_limit)
-    facts["arrow_scale_m_per_n"] = FORCE_SCALE
+    facts["force_arrow_m_per_n"] = FORCE_SCALE
+    facts["g_arrow_m_per_n"] = LIMIT_SCALE
     return facts
 
 
@@ -132,7 +134,6 @@ def _log_touch(stream: rr.RecordingStream, log: TrialLog) -> None:
         which = 0 if kind == "proximal" else 1
         live = live_mask(kind)
         forces = np.array([frame[which][index % 3] for frame in frames], dtype=np.float32)
-        forces[:, ~live] = np.nan  # no cell there, which is not the same as no force
         name = PAD_NAMES[index]
         rows, columns = forces.shape[1:]
         layout = rr.components.ImageFormat(
@@ -163,7 +164,7 @@ def _log_forces(stream: rr.RecordingStream, log: TrialLog) -> None:
     forces = np.concatenate(log.contact_forces) * FORCE_SCALE
     points = np.concatenate(log.contact_points)
     path = "world/contact_forces"
-    stream.log(path, rr.Arrows3D.from_fields(colors=FORCE_COLOR, radii=0.0006), static=True)
+    stream.log(path, rr.Arrows3D.from_fields(colors=FORCE_COLOR, radii=0.0008), static=True)
     columns = rr.Arrows3D.columns(origins=points, vectors=forces)
     stream.send_columns(path, [_times(log)], columns.partition(lengths))
 
@@ -173,7 +174,7 @@ def _log_prediction(stream: rr.RecordingStream, log: TrialLog) -> None:
     if log.prediction is None or not log.prediction.contacts:
         return
     contacts = [pad.contact for pad in log.prediction.contacts]
-    normals = np.array([k.normal * k.max_normal_force * FORCE_SCALE for k in contacts])
+    normals = np.array([k.normal * k.max_normal_force * LIMIT_SCALE for k in contacts])
     # The prediction's frame is the object's, moved to the centre of mass.
     at = np.array([k.position for k in contacts]) + object_info(log.row["object"]).com_m
     lift = next((k for k, name in enumerate(log.phase) if name == "lift"), len(log.time) - 1)

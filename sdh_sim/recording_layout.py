@@ -10,6 +10,8 @@ from sdh_sim.log import TrialLog
 
 TIMELINE = "sim_time"
 FULL_SCALE = 2.0  # taxel force at the bright end of every colour map [N]
+FORCE_SCALE = 0.006  # length of a contact force's arrow [m/N]
+LIMIT_SCALE = 0.002  # length of the arrow of a predicted contact's g* [m/N]
 EYE_DISTANCE = 0.5  # [m]
 
 MOTOR_COLORS = [

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from sdh_sim.log import TrialLog
+from sdh_sim.recording_layout import FORCE_SCALE, LIMIT_SCALE
 
 
 def verdict_markdown(log: TrialLog) -> str:
@@ -32,7 +33,12 @@ def verdict_markdown(log: TrialLog) -> str:
     ]  # fmt: skip
     table = [f"| {name} | {text} |" for name, text in facts]
     lines = [f"## {outcome}", "", table[0], "|---|---|", *table[1:]]
-    lines += ["", "A value of q* above 1 predicts that the object is held."]
+    lines += [
+        "",
+        "A value of q* above 1 predicts that the object is held. Arrows: red are contact forces, "
+        f"{FORCE_SCALE * 1e3:.0f} mm/N; blue are the contacts of the prediction, as long as their "
+        f"g*, {LIMIT_SCALE * 1e3:.0f} mm/N.",
+    ]
     return "\n".join(lines)
 
 
