@@ -28,9 +28,12 @@ from sdh_sim.recording_layout import (
     heat_colors,
 )  # fmt: skip
 from sdh_sim.recording_text import verdict_markdown
+from sdh_sim.run_folder import RunError
 from sdh_sim.tactile import arrays
 
 APPLICATION = "sdh-sim"
+SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET")
+VIEWER_TIMEOUT = 30.0  # for a viewer to take a trial's data [s]
 FORCE_COLOR, CONTACT_COLOR = (230, 40, 60), (30, 110, 255)
 
 
@@ -61,15 +64,27 @@ def spawn_viewer(log: TrialLog) -> None:
     """Open the rerun viewer on a trial and return; the viewer stays.
 
     Raises:
-        RuntimeError: no viewer could be started.
+        RunError: no screen, or no viewer could be started.
     """
+    # Without a screen the viewer ends at once, and the stream would wait for it for ever.
+    if sys.platform == "linux" and not any(os.environ.get(name) for name in SCREENS):
+        raise RunError(
+            f"no screen for the viewer (none of {', '.join(SCREENS)} is set); "
+            "write a file instead with --save FILE.rrd or --png FILE.png"
+        )
     # The viewer's executable lies beside the interpreter, which need not be on the path.
     folder = str(Path(sys.executable).parent)
     os.environ["PATH"] = os.pathsep.join([folder, os.environ.get("PATH", "")])
     stream = rr.RecordingStream(APPLICATION, recording_id=recording_id(log))
-    stream.spawn(default_blueprint=blueprint(log), hide_welcome_screen=True)
-    log_trial(stream, log)
-    stream.flush()
+    try:
+        stream.spawn(default_blueprint=blueprint(log), hide_welcome_screen=True)
+        log_trial(stream, log)
+        stream.flush(timeout_sec=VIEWER_TIMEOUT)
+    except (RuntimeError, ValueError) as error:
+        raise RunError(
+            f"the rerun viewer does not answer ({str(error).splitlines()[0]}); "
+            "write a file instead with --save FILE.rrd or --png FILE.png"
+        ) from error
 
 
 def recording_id(log: TrialLog) -> str:
@@ -164,7 +179,7 @@ def _log_forces(stream: rr.RecordingStream, log: TrialLog) -> None:
     forces = np.concatenate(log.contact_forces) * FORCE_SCALE
     points = np.concatenate(log.contact_points)
     path = "world/contact_forces"
-    stream.log(path, rr.Arrows3D.from_fields(colors=FORCE_COLOR, radii=0.0008), static=True)
+    stream.log(path, rr.Arrows3D.from_fields(colors=FORCE_COLOR, radii=0.0012), static=True)
     columns = rr.Arrows3D.columns(origins=points, vectors=forces)
     stream.send_columns(path, [_times(log)], columns.partition(lengths))
 

@@ -9,7 +9,7 @@ import rerun as rr
 from sdh_sim.scene import Scene
 
 SHOWN_GROUPS = (0, 1, 2)  # MuJoCo's convention: collision shapes are in 3, taxels in 4
-OBJECT_ALPHA = 0.45  # seen through, so that arrows and pads behind the object show
+OBJECT_ALPHA = 0.35  # seen through, so that arrows and pads behind the object show
 
 
 def body_path(model: mujoco.MjModel, body: int) -> str:

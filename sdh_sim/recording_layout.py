@@ -12,7 +12,7 @@ TIMELINE = "sim_time"
 FULL_SCALE = 2.0  # taxel force at the bright end of every colour map [N]
 FORCE_SCALE = 0.006  # length of a contact force's arrow [m/N]
 LIMIT_SCALE = 0.002  # length of the arrow of a predicted contact's g* [m/N]
-EYE_DISTANCE = 0.5  # [m]
+EYE_DISTANCE = 0.44  # [m]
 
 MOTOR_COLORS = [
     (120, 120, 120), (220, 60, 60), (250, 160, 120), (60, 90, 220), (120, 190, 250),

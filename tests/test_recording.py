@@ -14,8 +14,9 @@ from rerun.chunk import RrdReader
 
 from sdh_sim.hand import MOTOR_NAMES, PAD_NAMES, live_mask, torque_limits
 from sdh_sim.log import TrialLog
-from sdh_sim.recording import recording_id, write_recording
+from sdh_sim.recording import recording_id, spawn_viewer, write_recording
 from sdh_sim.recording_layout import FORCE_SCALE, blueprint, heat_colors
+from sdh_sim.run_folder import RunError
 from sdh_sim.scene import PAD_OFFSETS
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import run_trial
@@ -224,3 +225,11 @@ def test_a_full_disk_raises(log: TrialLog, tmp_path: Path) -> None:
 def test_blueprint_survives_a_limit_of_any_size(log: TrialLog) -> None:
     scene = replace(log.scene, settings=TrialSettings("box", torque_limit=(100.0, 0.01)))
     assert blueprint(replace(log, scene=scene))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems always have a screen")
+def test_no_screen_is_said(log: TrialLog, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"):
+        monkeypatch.delenv(name, raising=False)
+    with pytest.raises(RunError, match="--save"):
+        spawn_viewer(log)
