@@ -10,7 +10,10 @@ from sdh_sim.hand import FINGER_NAMES, preshape_angles
 CLOSING_RATE = 0.6  # closing ratio per second: about 50 deg/s, a quarter of the top speed
 STALL_SHARE = 0.45  # of its torque limit at which a motor counts as stopped by the object
 SQUEEZE_TIME = 0.6  # [s] over which the grip is built up
-SQUEEZE_ANGLE = 0.35  # reference beyond the stalled angle [rad]: saturates any servo of the hand
+# Torque that the squeezing reference asks of a motor the object does not let move, over its limit:
+# just enough to saturate it. Far more would let the two fingers, together stronger than the thumb,
+# push it back a long way before they balance.
+SQUEEZE_DEMAND = 1.25
 # Preshapes whose distal joints close as well; in the others they open while the finger closes,
 # keeping the pad upright, and hold while the proximal joint squeezes.
 CURLING = ("cylindrical", "spherical")
@@ -25,7 +28,9 @@ class FingerControl:
         reference: servo references (7,) [rad].
     """
 
-    def __init__(self, preshape: str, ratio: float, torque_limits: np.ndarray) -> None:
+    def __init__(
+        self, preshape: str, ratio: float, torque_limits: np.ndarray, stiffness: np.ndarray
+    ) -> None:
         self.preshape = preshape
         self.ratio = np.full(3, float(ratio))
         self.stalled = np.zeros(3, dtype=bool)
@@ -34,9 +39,10 @@ class FingerControl:
         finger = [FINGER_NAMES.index(m.finger) for m in c.MOTORS]
         self._finger = np.array(finger)
         self._flexion = np.array([m.kind != "spread" for m in c.MOTORS])
-        self._squeeze = np.array(
-            [m.kind == "proximal" or (m.kind == "distal" and preshape in CURLING) for m in c.MOTORS]
-        )
+        squeezes = [
+            m.kind == "proximal" or (m.kind == "distal" and preshape in CURLING) for m in c.MOTORS
+        ]
+        self._push = np.array(squeezes) * SQUEEZE_DEMAND * torque_limits / stiffness
         self._grip: np.ndarray | None = None
         self._squeezed = 0.0
 
@@ -72,7 +78,7 @@ class FingerControl:
             dt: length of the tick [s].
         """
         if self._grip is None:
-            self._grip = np.where(self._squeeze, np.maximum(self.reference, angles), self.reference)
+            self._grip = np.where(self._push > 0.0, angles, self.reference)
         self._squeezed = min(1.0, self._squeezed + dt / SQUEEZE_TIME)
-        self.reference = self._grip + self._squeeze * (SQUEEZE_ANGLE * self._squeezed)
+        self.reference = self._grip + self._squeezed * self._push
         return self.reference

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,7 +20,6 @@ SIDE_SHARE = 0.7
 AZIMUTH = math.radians(50)  # approach from the side: yaw off the arm's forward direction
 SIDE_TILT = math.radians(15)  # downward tilt of a side approach, at most
 ROLL = math.radians(12)  # standard deviation of the roll about the approach
-OFFSET = 0.006  # standard deviation of the position error along each palm axis [m]
 SIDE_MARGIN = (0.055, 0.025)  # lowest grasp over the table, highest below the top [m]
 TOP_DEPTH = (0.015, 0.07)  # depth of the grasp centre below the object's top [m]
 # Distance from the palm frame to the grasp centre [m]: precision grasps take the distal pads.
@@ -28,6 +28,24 @@ DEPTH = {"parallel": (0.175, 0.235), "centrical": (0.175, 0.235),
 # Middle between the thumb and the finger pair along the palm's x [m]; with 60 degrees of spread
 # the three fingers close on the palm's axis.
 CENTRE_X = {0.0: -0.0095, PRESHAPES["centrical"].spread: 0.0}
+
+
+class Spread(NamedTuple):
+    """Errors of a grasp, standard deviations: along each palm axis [m], of the object's yaw [rad]
+    off the posture in which the hand closes across its narrow side."""
+
+    offset: float
+    yaw: float
+
+
+# By object, because what ruins half of the grasps on a bottle ruins all of them on the box.
+SPREADS = {
+    "box": Spread(0.005, math.radians(6)),
+    "oval_bottle": Spread(0.007, math.radians(20)),
+    "spray_bottle": Spread(0.007, math.radians(20)),
+    "cylindrical_bottle": Spread(0.009, math.radians(180)),
+}
+DEFAULT_SPREAD = Spread(0.007, math.radians(15))
 
 
 @dataclass(frozen=True)
@@ -93,6 +111,10 @@ def sample_grasp(thing: ObjectInfo, rng: np.random.Generator) -> GraspPlan:
         tilt = float(rng.normal(0.0, math.radians(4)))
         height = thing.height - float(rng.uniform(*TOP_DEPTH))
     low, high = DEPTH[preshape]
+    spread = SPREADS.get(thing.name, DEFAULT_SPREAD)
+    # The palm's x, along which the hand closes, is a quarter turn ahead of a side approach.
+    closing = azimuth + math.pi / 2 if side else azimuth
+    facing = closing - thing.narrow_yaw + math.pi * float(rng.integers(2))
     return GraspPlan(
         approach="side" if side else "top",
         preshape=preshape,
@@ -101,6 +123,6 @@ def sample_grasp(thing: ObjectInfo, rng: np.random.Generator) -> GraspPlan:
         tilt=tilt,
         height=height,
         depth=float(rng.uniform(low, high)),
-        offset=rng.normal(0.0, OFFSET, 3),
-        object_yaw=float(rng.uniform(-math.pi, math.pi)),
+        offset=rng.normal(0.0, spread.offset, 3),
+        object_yaw=math.remainder(facing + float(rng.normal(0.0, spread.yaw)), 2 * math.pi),
     )

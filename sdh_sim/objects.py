@@ -29,6 +29,7 @@ class ObjectInfo:
         standing_quat: orientation in which it stands on the table, w x y z (4,).
         standing_height: height of the object's frame over the table when standing [m].
         height: height of its top over the table when standing [m].
+        narrow_yaw: direction of its narrower horizontal side when standing at yaw 0 [rad].
         inertia_kgm2: inertia tensor at the centre of mass, object axes (3, 3) [kg m^2].
     """
 
@@ -40,6 +41,7 @@ class ObjectInfo:
     standing_quat: np.ndarray
     standing_height: float
     height: float
+    narrow_yaw: float
     inertia_kgm2: np.ndarray
 
 
@@ -90,6 +92,7 @@ def object_info(name: str) -> ObjectInfo:
         standing_quat=_frozen(model.body_quat[body]),
         standing_height=float(model.body_pos[body, 2]),
         height=float(world[:, 2].max()),
+        narrow_yaw=0.0 if np.ptp(world[:, 0]) <= np.ptp(world[:, 1]) else np.pi / 2,
         inertia_kgm2=_frozen(axes @ np.diag(model.body_inertia[body]) @ axes.T),
     )
 

@@ -229,7 +229,12 @@ class _Run:
         _place(scene, data, self.thing, course.plan, course.approach[0], course.opening)
         arm, _ = _kinematics()
         self._follow("approach", course.approach, arm.duration(course.approach, APPROACH_TIME))
-        fingers = FingerControl(course.plan.preshape, course.opening, self.limits)
+        fingers = FingerControl(
+            course.plan.preshape,
+            course.opening,
+            self.limits,
+            scene.model.actuator_gainprm[scene.motors, 0],
+        )
         self.phase = "close"
         for _ in range(round(CLOSE_TIME / self.tick_time)):
             torques = data.actuator_force[scene.motors]
