@@ -25,6 +25,9 @@ TOP_DEPTH = (0.015, 0.07)  # depth of the grasp centre below the object's top [m
 # Distance from the palm frame to the grasp centre [m]: precision grasps take the distal pads.
 DEPTH = {"parallel": (0.175, 0.235), "centrical": (0.175, 0.235),
          "cylindrical": (0.15, 0.215), "spherical": (0.15, 0.215)}  # fmt: skip
+# Pads reach this far past an object's near face at most; deeper, the proximal links would ride
+# on its edges.
+REACH_IN = 0.040
 # Middle between the thumb and the finger pair along the palm's x [m]; with 60 degrees of spread
 # the three fingers close on the palm's axis.
 CENTRE_X = {0.0: -0.0095, PRESHAPES["centrical"].spread: 0.0}
@@ -59,7 +62,8 @@ class GraspPlan:
         roll: of the hand about its approach axis [rad].
         tilt: of the approach below the horizontal (side) or off the vertical (top) [rad].
         height: of the grasp centre over the table [m].
-        depth: from the palm frame to the grasp centre along the palm's z [m].
+        depth: from the palm frame to the object's axis (side) or the grasp centre (top) along the
+            palm's z [m].
         offset: position error of the hand in palm axes (3,) [m].
         object_yaw: of the object about the vertical [rad].
     """
@@ -111,6 +115,7 @@ def sample_grasp(thing: ObjectInfo, rng: np.random.Generator) -> GraspPlan:
         tilt = float(rng.normal(0.0, math.radians(4)))
         height = thing.height - float(rng.uniform(*TOP_DEPTH))
     low, high = DEPTH[preshape]
+    setback = max(0.0, thing.half_wide - REACH_IN) if side else 0.0
     spread = SPREADS.get(thing.name, DEFAULT_SPREAD)
     # The palm's x, along which the hand closes, is a quarter turn ahead of a side approach.
     closing = azimuth + math.pi / 2 if side else azimuth
@@ -122,7 +127,7 @@ def sample_grasp(thing: ObjectInfo, rng: np.random.Generator) -> GraspPlan:
         roll=roll,
         tilt=tilt,
         height=height,
-        depth=float(rng.uniform(low, high)),
+        depth=float(rng.uniform(low, high)) + setback,
         offset=rng.normal(0.0, spread.offset, 3),
         object_yaw=math.remainder(facing + float(rng.normal(0.0, spread.yaw)), 2 * math.pi),
     )
