@@ -16,7 +16,6 @@ STANDOFF = 0.10  # length of the straight approach [m]
 
 # Spread of the random grasps. It was set by looking at simulated success alone (30 to 70 % for
 # each object at the paper's torques), never at a metric.
-SIDE_SHARE = 0.7
 AZIMUTH = math.radians(50)  # approach from the side: yaw off the arm's forward direction
 SIDE_TILT = math.radians(15)  # downward tilt of a side approach, at most
 ROLL = math.radians(12)  # standard deviation of the roll about the approach
@@ -34,21 +33,28 @@ CENTRE_X = {0.0: -0.0095, PRESHAPES["centrical"].spread: 0.0}
 
 
 class Spread(NamedTuple):
-    """Errors of a grasp, standard deviations: along each palm axis [m], of the object's yaw [rad]
-    off the posture in which the hand closes across its narrow side."""
+    """Choices and errors of the grasps on one object.
 
+    side: share of approaches from the side, the others come from above.
+    wide: share of grasps that close across the wider side, the others across the narrower.
+    offset: standard deviation of the position error along each palm axis [m].
+    yaw: standard deviation of the object's yaw off square [rad].
+    """
+
+    side: float
+    wide: float
     offset: float
     yaw: float
 
 
-# By object, because what ruins half of the grasps on a bottle ruins all of them on the box.
+# By object, because what ruins half of the grasps on a bottle ruins nearly all on the heavy box.
 SPREADS = {
-    "box": Spread(0.005, math.radians(6)),
-    "oval_bottle": Spread(0.007, math.radians(20)),
-    "spray_bottle": Spread(0.007, math.radians(20)),
-    "cylindrical_bottle": Spread(0.009, math.radians(180)),
+    "box": Spread(0.5, 0.6, 0.004, math.radians(6)),
+    "oval_bottle": Spread(0.6, 0.25, 0.008, math.radians(20)),
+    "spray_bottle": Spread(0.6, 0.25, 0.008, math.radians(20)),
+    "cylindrical_bottle": Spread(0.7, 0.0, 0.012, math.radians(180)),
 }
-DEFAULT_SPREAD = Spread(0.007, math.radians(15))
+DEFAULT_SPREAD = Spread(0.6, 0.25, 0.007, math.radians(15))
 
 
 @dataclass(frozen=True)
@@ -101,7 +107,9 @@ class GraspPlan:
 
 def sample_grasp(thing: ObjectInfo, rng: np.random.Generator) -> GraspPlan:
     """Draw one grasp; whether the arm can do it is for the trial to find out."""
-    side = bool(rng.random() < SIDE_SHARE)
+    spread = SPREADS.get(thing.name, DEFAULT_SPREAD)
+    side = bool(rng.random() < spread.side)
+    wide = bool(rng.random() < spread.wide)
     preshape = tuple(PRESHAPES)[int(rng.integers(len(PRESHAPES)))]
     flip = math.pi * float(rng.integers(2))
     if side:
@@ -115,11 +123,12 @@ def sample_grasp(thing: ObjectInfo, rng: np.random.Generator) -> GraspPlan:
         tilt = float(rng.normal(0.0, math.radians(4)))
         height = thing.height - float(rng.uniform(*TOP_DEPTH))
     low, high = DEPTH[preshape]
-    setback = max(0.0, thing.half_wide - REACH_IN) if side else 0.0
-    spread = SPREADS.get(thing.name, DEFAULT_SPREAD)
+    ahead = thing.half_narrow if wide else thing.half_wide
+    setback = max(0.0, ahead - REACH_IN) if side else 0.0
     # The palm's x, along which the hand closes, is a quarter turn ahead of a side approach.
     closing = azimuth + math.pi / 2 if side else azimuth
-    facing = closing - thing.narrow_yaw + math.pi * float(rng.integers(2))
+    quarters = 2 * int(rng.integers(2)) + int(wide)
+    facing = closing - thing.narrow_yaw + quarters * math.pi / 2
     return GraspPlan(
         approach="side" if side else "top",
         preshape=preshape,

@@ -30,7 +30,7 @@ class ObjectInfo:
         standing_height: height of the object's frame over the table when standing [m].
         height: height of its top over the table when standing [m].
         narrow_yaw: direction of its narrower horizontal side when standing at yaw 0 [rad].
-        half_wide: half of the wider one [m].
+        half_narrow, half_wide: half of the narrower and the wider horizontal side [m].
         inertia_kgm2: inertia tensor at the centre of mass, object axes (3, 3) [kg m^2].
     """
 
@@ -43,6 +43,7 @@ class ObjectInfo:
     standing_height: float
     height: float
     narrow_yaw: float
+    half_narrow: float
     half_wide: float
     inertia_kgm2: np.ndarray
 
@@ -95,6 +96,7 @@ def object_info(name: str) -> ObjectInfo:
         standing_height=float(model.body_pos[body, 2]),
         height=float(world[:, 2].max()),
         narrow_yaw=0.0 if np.ptp(world[:, 0]) <= np.ptp(world[:, 1]) else np.pi / 2,
+        half_narrow=0.5 * float(np.ptp(world[:, :2], axis=0).min()),
         half_wide=0.5 * float(np.ptp(world[:, :2], axis=0).max()),
         inertia_kgm2=_frozen(axes @ np.diag(model.body_inertia[body]) @ axes.T),
     )
