@@ -51,8 +51,8 @@ class Spread(NamedTuple):
 SPREADS = {
     "box": Spread(0.5, 0.6, 0.004, math.radians(6)),
     "oval_bottle": Spread(0.6, 0.25, 0.008, math.radians(20)),
-    "spray_bottle": Spread(0.6, 0.25, 0.008, math.radians(20)),
-    "cylindrical_bottle": Spread(0.7, 0.0, 0.012, math.radians(180)),
+    "spray_bottle": Spread(0.8, 0.25, 0.014, math.radians(25)),
+    "cylindrical_bottle": Spread(0.85, 0.0, 0.022, math.radians(180)),
 }
 DEFAULT_SPREAD = Spread(0.6, 0.25, 0.007, math.radians(15))
 

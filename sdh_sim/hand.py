@@ -121,6 +121,13 @@ class HandKinematics:
         mujoco.mj_jac(self.model, self._data, full, None, world, self.model.body(body).id)
         return turn.T @ full @ self._selection
 
+    def spin_jacobian(self, body: str) -> np.ndarray:
+        """Angular velocity of a body per motor velocity, in the palm frame (3, 7) [rad/rad]."""
+        turn = self._data.xmat[self.model.body("palm").id].reshape(3, 3)
+        full = np.zeros((3, self.model.nv))
+        mujoco.mj_jacBody(self.model, self._data, None, full, self.model.body(body).id)
+        return turn.T @ full @ self._selection
+
 
 def strip_taxels(spec: mujoco.MjSpec) -> None:
     """Remove the taxel geoms from a spec: kinematics and drawings do without them."""

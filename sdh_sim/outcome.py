@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import mujoco
 import numpy as np
 
 MAX_DISPLACEMENT_MM = 10.0
@@ -29,7 +30,7 @@ def classify(touched: bool, on_table: bool, displacement_mm: float, rotation_deg
     """The failure mode, ``none`` for a grasp that held.
 
     Args:
-        touched: a pad felt the object at the snapshot.
+        touched: any part of the hand bore on the object at the snapshot.
         on_table: the object touches the table at the end, or has left the hand.
         displacement_mm, rotation_deg: greatest motion since the snapshot.
     """
@@ -47,6 +48,6 @@ def classify(touched: bool, on_table: bool, displacement_mm: float, rotation_deg
 
 
 def _apply(pose: np.ndarray, point: np.ndarray) -> np.ndarray:
-    w, v = pose[3], pose[4:]
-    turned = point + 2.0 * np.cross(v, np.cross(v, point) + w * point)
-    return pose[:3] + turned
+    moved = np.empty(3)
+    mujoco.mju_rotVecQuat(moved, point, pose[3:])
+    return pose[:3] + moved

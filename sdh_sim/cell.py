@@ -1,0 +1,106 @@
+"""The running cell: MuJoCo's state, stepped with the torque peaks and the divergence watched."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import mujoco
+import numpy as np
+
+from sdh_sim.hand import torque_limits
+from sdh_sim.log import LogWriter
+from sdh_sim.scene import HAND_GEOM, OBJECT_GEOM, TABLE_GEOM, Scene
+
+TICK = 0.01  # control period [s]
+MAX_SPEED = 1e3  # a generalised speed beyond this is a diverged simulation [m/s or rad/s]
+
+
+class Diverged(Exception):
+    """The simulation left the plausible numbers; the state is the one after the fatal step."""
+
+
+class Cell:
+    """A scene in motion.
+
+    Attributes:
+        scene: the compiled scene.
+        data: MuJoCo's state.
+        peak: largest motor torques so far (7,) [N m].
+        limits: torque limits of the motors (7,) [N m].
+        phase: name of what is going on, for the log.
+        tick_time: length of a control period [s].
+    """
+
+    def __init__(self, scene: Scene, writer: LogWriter | None = None) -> None:
+        self.scene, self.writer = scene, writer
+        self.data = mujoco.MjData(scene.model)
+        self.steps = max(1, round(TICK / scene.settings.timestep))
+        self.tick_time = self.steps * scene.settings.timestep
+        self.peak = np.zeros(7)
+        self.limits = torque_limits(scene.settings.torque_limit)
+        self.phase = ""
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return float(self.data.time)
+
+    def tick(self) -> None:
+        """One control period; peaks and divergence are looked at in every step.
+
+        Raises:
+            Diverged: a speed or acceleration is not finite, or a speed beyond any meaning.
+        """
+        model, data, motors = self.scene.model, self.data, self.scene.motors
+        speed, acceleration = data.qvel, data.qacc
+        for _ in range(self.steps):
+            mujoco.mj_step(model, data)
+            np.maximum(self.peak, np.abs(data.actuator_force[motors]), out=self.peak)
+            # The norm of a vector with NaN is NaN and fails the comparison too.
+            if not (speed.dot(speed) < MAX_SPEED**2 and np.isfinite(acceleration.dot(speed))):
+                raise Diverged
+        if self.writer is not None:
+            self.writer.sample(data, self.phase)
+
+    def wait(self, duration: float) -> None:
+        """Let time pass [s] with the references as they are."""
+        for _ in range(round(duration / self.tick_time)):
+            self.tick()
+
+    def follow(self, path: Callable[[float], np.ndarray], duration: float) -> None:
+        """Move the arm's references along ``path(share)``, share 0 to 1, within a duration [s]."""
+        for k in range(1, round(duration / self.tick_time) + 1):
+            self.data.ctrl[self.scene.arm_motors] = path(k * self.tick_time / duration)
+            self.tick()
+
+    def touches(self, first: int, second: int) -> bool:
+        """Whether geoms of two groups are in contact."""
+        groups = np.sort(self.scene.geom_group[self.data.contact.geom], axis=1)
+        return bool((groups == sorted((first, second))).all(axis=1).any())
+
+    def on_table(self) -> bool:
+        """Whether the object touches the table."""
+        return self.touches(OBJECT_GEOM, TABLE_GEOM)
+
+    def hand_touch(self) -> tuple[float, float]:
+        """Normal force between object and hand: on taxels, on all other parts of the hand [N].
+
+        A contact that bears no force counts for nothing.
+        """
+        contact, scene = self.data.contact, self.scene
+        if self.data.ncon == 0:
+            return 0.0, 0.0
+        groups = np.sort(scene.geom_group[contact.geom], axis=1)
+        alive = (groups == (OBJECT_GEOM, HAND_GEOM)).all(axis=1) & (contact.efc_address >= 0)
+        force = self.data.efc_force[contact.efc_address[alive]]
+        sensed = (scene.taxel[contact.geom[alive]] >= 0).any(axis=1)
+        return float(force[sensed].sum()), float(force[~sensed].sum())
+
+    def object_in_hand(self) -> np.ndarray:
+        """Pose of the object in the palm frame, x y z qw qx qy qz (7,)."""
+        data, palm, body = self.data, self.scene.palm, self.scene.object
+        inverse, pose = np.empty(4), np.empty(7)
+        mujoco.mju_negQuat(inverse, data.xquat[palm])
+        mujoco.mju_rotVecQuat(pose[:3], data.xpos[body] - data.xpos[palm], inverse)
+        mujoco.mju_mulQuat(pose[3:], inverse, data.xquat[body])
+        return pose

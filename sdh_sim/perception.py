@@ -1,0 +1,149 @@
+"""From a tactile snapshot to contacts and tasks (sections II and III of the paper).
+
+Everything is expressed in a frame with the object's axes and its origin at the centre of mass.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+import graspq as gq
+from sdh_sim import sdh2_constants as c
+from sdh_sim.hand import HandKinematics, live_mask, taxel_centres, torque_limits
+from sdh_sim.objects import ObjectInfo
+from sdh_sim.tactile import TactileSnapshot
+
+TASK_RADIUS = 0.02 / 3  # [m]
+TASK_SAMPLES = 20
+GRAVITY = 9.81  # [m/s^2]
+
+
+@dataclass(frozen=True)
+class PadContact:
+    """One pad's contact as the hand perceives it.
+
+    Attributes:
+        pad: name, such as ``thumb_distal``.
+        contact: position, normal, g*, tau* and taxels, in the object frame at the centre of mass.
+        jacobian: motor speeds to the velocity of the contact point (first three rows [m/rad]) and
+            the angular velocity of its link (last three), object axes (6, 7).
+    """
+
+    pad: str
+    contact: gq.Contact
+    jacobian: np.ndarray
+
+
+@dataclass(frozen=True)
+class PerceivedGrasp:
+    """What a metric may know of a grasp.
+
+    Attributes:
+        snapshot: what the hand sensed.
+        thing: the object as known: mass, friction, centre of mass.
+        torque_limits: of the motors (7,) [N m].
+        contacts: the pads in contact, object frame with its origin at the centre of mass.
+        task: wrenches the hand must exert against gravity, same frame, (6, m) [N, N m].
+    """
+
+    snapshot: TactileSnapshot
+    thing: ObjectInfo
+    torque_limits: np.ndarray
+    contacts: tuple[PadContact, ...]
+    task: np.ndarray
+
+
+def perceive(
+    snapshot: TactileSnapshot,
+    thing: ObjectInfo,
+    torque_limit: tuple[float, float],
+    pads: str,
+    kinematics: HandKinematics,
+) -> PerceivedGrasp:
+    """Contacts and task of a snapshot; arguments as ``pad_contacts``."""
+    return PerceivedGrasp(
+        snapshot=snapshot,
+        thing=thing,
+        torque_limits=torque_limits(torque_limit),
+        contacts=pad_contacts(snapshot, thing, torque_limit, pads, kinematics),
+        task=gravity_task(snapshot, thing),
+    )
+
+
+def pad_contacts(
+    snapshot: TactileSnapshot,
+    thing: ObjectInfo,
+    torque_limit: tuple[float, float],
+    pads: str,
+    kinematics: HandKinematics,
+) -> tuple[PadContact, ...]:
+    """Contact model of every pad that reads something (II-B).
+
+    Args:
+        snapshot: what the hand sensed.
+        thing: friction and centre of mass of the object.
+        torque_limit: (spread and proximal, distal) [N m].
+        pads: ``all`` or ``distal``.
+        kinematics: the hand; its posture is changed.
+    """
+    kinematics.pose(snapshot.joint_angles)
+    rotation, origin = _matrix(snapshot.object_pose_hand[3:]), snapshot.object_pose_hand[:3]
+    centre_of_mass = origin + rotation @ thing.com_m
+    limits = torque_limits(torque_limit)
+    found = []
+    for index, (finger, kind) in enumerate(c.PADS):
+        if pads == "distal" and kind != "distal":
+            continue
+        array = (snapshot.proximal if kind == "proximal" else snapshot.distal)[index % 3]
+        reading = np.where(live_mask(kind), array, 0.0)
+        if not (reading > 0.0).any():
+            continue
+        body = f"{finger}_{kind}"
+        link_position, link_rotation = kinematics.link(body)
+        point, normal, taxels = _tangent_patch(kind, reading)
+        to_object = rotation.T @ link_rotation
+        shift = rotation.T @ (link_position - centre_of_mass)
+        linear = kinematics.jacobian(body, link_position + link_rotation @ point)
+        jacobian = np.vstack((rotation.T @ linear, rotation.T @ kinematics.spin_jacobian(body)))
+        inward = to_object @ normal
+        inward /= np.linalg.norm(inward)
+        g_max = gq.max_normal_force(jacobian[:3], inward, limits)
+        centre = to_object @ point + shift
+        patch = taxels @ to_object.T + shift
+        tau_max = gq.max_torsion(thing.friction, g_max, reading[reading > 0.0], patch, centre)
+        contact = gq.Contact(centre, inward, thing.friction, g_max, tau_max, patch)
+        found.append(PadContact(body, contact, jacobian))
+    return tuple(found)
+
+
+def _tangent_patch(kind: str, reading: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pressure-weighted centre on the pad, its normal, and active taxels in the tangent plane.
+
+    Returns:
+        point (3,) [m], unit normal (3,) out of the pad, taxels (k, 3) [m], all in the link frame.
+    """
+    rows, columns = np.nonzero(reading > 0.0)
+    weight = reading[rows, columns]
+    # The mean in the array's own coordinates stays on the curved pad; a mean in space would not.
+    point, normal = c.pad_surface(
+        kind, float(np.average(rows, weights=weight)), float(np.average(columns, weights=weight))
+    )
+    centres = taxel_centres(kind)[rows, columns]
+    return point, normal, centres - np.outer((centres - point) @ normal, normal)
+
+
+def gravity_task(snapshot: TactileSnapshot, thing: ObjectInfo) -> np.ndarray:
+    """Wrenches that hold the object against gravity around its centre of mass, (6, m)."""
+    down = np.array([0.0, 0.0, -GRAVITY])
+    hand = _matrix(snapshot.hand_pose_world[3:])
+    in_object = _matrix(snapshot.object_pose_hand[3:]).T @ hand.T @ down
+    return gq.gravity_tasks(thing.mass_kg, np.zeros(3), in_object, TASK_RADIUS, TASK_SAMPLES)
+
+
+def _matrix(quat: np.ndarray) -> np.ndarray:
+    matrix = np.empty(9)
+    mujoco.mju_quat2Mat(matrix, np.asarray(quat, dtype=float))
+    return matrix.reshape(3, 3)
