@@ -110,7 +110,7 @@ class ArmKinematics:
         return None
 
     def straight(
-        self, start: np.ndarray, motion: np.ndarray, spacing: float = 0.015
+        self, start: np.ndarray, motion: np.ndarray, spacing: float = 0.03
     ) -> np.ndarray | None:
         """Joint path (n, 6) that moves the palm along a straight line without turning it.
 
