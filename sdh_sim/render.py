@@ -19,7 +19,11 @@ class RenderError(OSError):
 
 
 def render_frames(
-    log: TrialLog, indices: list[int], size: tuple[int, int] = SIZE, azimuth: float = 125.0
+    log: TrialLog,
+    indices: list[int],
+    size: tuple[int, int] = SIZE,
+    azimuth: float = 125.0,
+    distance: float = 0.85,
 ) -> list[np.ndarray]:
     """Pictures (height, width, 3) uint8 of the given samples of a log.
 
@@ -28,6 +32,7 @@ def render_frames(
         indices: samples to draw.
         size: width and height in pixels.
         azimuth: of the camera about the object [deg].
+        distance: of the camera from the object [m].
 
     Raises:
         RenderError: neither EGL nor OSMesa works here.
@@ -45,7 +50,7 @@ def render_frames(
             "(Debian: libegl1 libgl1-mesa-dri) or OSMesa (libosmesa6, with MUJOCO_GL=osmesa)"
         ) from error
     camera = mujoco.MjvCamera()
-    camera.distance, camera.azimuth, camera.elevation = 0.85, azimuth, -18.0
+    camera.distance, camera.azimuth, camera.elevation = distance, azimuth, -18.0
     options = mujoco.MjvOption()
     options.geomgroup[:] = (1, 1, 1, 0, 0, 0)  # no collision shapes, no taxel spheres
     options.sitegroup[:] = 0
