@@ -39,7 +39,7 @@ def single_finger(short: bool = False, spoil: Spoil = HONEST) -> Result:
     prediction then uses the limits and the centre of pressure of the tactile array, as the metric
     does.
     """
-    rows, points = [], []
+    rows, poses = [], []
     worst = 0.0
     for proximal, distal, row, force, share in PRESSES[:2] if short else PRESSES:
         angles = np.zeros(7)
@@ -67,9 +67,15 @@ def single_finger(short: bool = False, spoil: Spoil = HONEST) -> Result:
             "centre of pressure to a quarter of a pitch (0.85 mm) on a lever of 28 mm or more",
         ))  # fmt: skip
         worst = max(worst, float(np.abs(torques_of(scene, data, touch)[JOINTS] / wanted - 1).max()))
-        points.append((*predicted[[0, 2]], *total[[0, 2]], mark.total))
+        pressed_at = at + turn @ mark.point
+        joints = [hand.link(f"thumb_{kind}")[0][[0, 2]] for kind in ("proximal", "distal")]
+        tip = (at + turn @ [0.0, 0.0, c.DISTAL_LENGTH])[[0, 2]]
+        bar = (place.position + place.rotation @ BAR.pos)[[0, 2]]
+        poses.append(
+            (np.array([*joints, tip]), bar, pressed_at[[0, 2]], predicted[[0, 2]], total[[0, 2]])
+        )
     rows.append(_residual("Σ Jᵀf over contact points less τ̄, worst joint and pose", worst))
-    return Result(tuple(rows), {"points": np.array(points)})
+    return Result(tuple(rows), {"poses": poses})
 
 
 def _residual(quantity: str, value: float) -> Row:
@@ -88,7 +94,7 @@ def two_pads(short: bool = False, spoil: Spoil = HONEST) -> Result:
     place = pad_frame("thumb_proximal", 6.5, 2.5)
     other = pad_frame("thumb_distal", 9.0, 2.5).position - place.position
     far = place.rotation.T @ other
-    bars = [BAR, Shape(BAR.kind, BAR.size, BAR.pos + far, BAR.axis)]
+    bars = [BAR, Shape(BAR.kind, BAR.size, tuple(BAR.pos + far), BAR.axis)]
     lever = c.PROXIMAL_PROFILE[0][1] * 1e-3 - 6.5 * c.TAXEL_PITCH
     far_lever = c.DISTAL_PROFILE[9][1] * 1e-3
     for near_force, far_force in ((8.0, 6.0),) if short else ((8.0, 6.0), (15.0, 4.0), (6.0, 10.0)):
@@ -156,5 +162,5 @@ def tactile_total(short: bool = False, spoil: Spoil = HONEST) -> Result:
             f"sum of all taxels of two fingers, motors at {torque:.2f} N m", "N", predicted, total,
             0.01, "flat pads on flat faces: centre of pressure to 1 mm on a lever of 113 mm",
         ))  # fmt: skip
-        points.append((predicted, total))
+        points.append((torque, predicted, total))
     return Result(tuple(rows), {"points": np.array(points)})

@@ -13,6 +13,7 @@ import numpy as np
 from experiments.validation_rigs import (
     GRAVITY,
     HONEST,
+    TAXEL_RADIUS,
     THING_MASS,
     Frame,
     Shape,
@@ -162,7 +163,6 @@ SPUN = {
     "ball, r 20 mm": (
         "finger1_proximal", MIDDLE, Shape("sphere", (0.02,), (0.02, 0, 0)), 0.02),
 }  # fmt: skip
-TAXEL_RADIUS = 0.0132  # of the spheres in the middle columns of a pad [m]
 
 
 def torsion_onset(short: bool = False, spoil: Spoil = HONEST) -> Result:
@@ -199,16 +199,16 @@ def torsion_onset(short: bool = False, spoil: Spoil = HONEST) -> Result:
         flat = np.isinf(radius)
         if flat:
             rows.append(Row(
-                f"spin of a {name}: eq. 7", "N m", seventh, found, 0.02,
+                f"{name}: eq. 7, tactile array", "N m", seventh, found, 0.02,
                 "the last taxel has yielded 1 % beyond the limit; bisection 0.2 %",
             ))  # fmt: skip
         else:
             rows.append(Row(
-                f"spin of a {name}: μ ΣN l at the contact points", "N m", exact, found, 0.05,
+                f"{name}: μ ΣN l, contact points", "N m", exact, found, 0.05,
                 "few taxels: a slip of microns shifts load between them",
             ))  # fmt: skip
             rows.append(Row(
-                f"spin of a {name}: eq. 7 on the array", "N m", seventh, found,
+                f"{name}: eq. 7, tactile array", "N m", seventh, found,
                 TAXEL_RADIUS / (radius + TAXEL_RADIUS) + 0.05,
                 "taxel spheres of 13 mm touch a curved thing nearer to the middle: R / (r + R)",
                 judged=False,

@@ -13,8 +13,16 @@ import math
 import numpy as np
 
 from experiments.validation_forces import from_limits
-from experiments.validation_friction import PLATE, TAXEL_RADIUS, clamp
-from experiments.validation_rigs import HONEST, THING_MASS, Shape, Spoil, bench, settings_for
+from experiments.validation_friction import PLATE, clamp
+from experiments.validation_rigs import (
+    HONEST,
+    TAXEL_RADIUS,
+    THING_MASS,
+    Shape,
+    Spoil,
+    bench,
+    settings_for,
+)
 from experiments.validation_rows import Result, Row
 from experiments.validation_state import advance, imprint, pressed
 from sdh_sim import sdh2_constants as c
@@ -64,25 +72,31 @@ def plate(short: bool = False, spoil: Spoil = HONEST) -> Result:
 
 def _balls(
     radius: float, force: float, modulus: float, offsets: int, spoil: Spoil
-) -> tuple[float, float, list[np.ndarray]]:
-    """Mean patch area [m²] over places of the ball within a cell, peak pressure [Pa], arrays.
+) -> tuple[float, float, np.ndarray, np.ndarray]:
+    """A ball pressed at several places within a cell.
 
     The mean over places measures the area finer than one cell; the peak is that of a ball right
     over a taxel.
+
+    Returns:
+        Mean patch area [m²]; peak pressure [Pa]; distance from the ball's axis [m] and pressure
+        [Pa] of every taxel touched, over all places (n, 2); the array of the last place [N].
     """
     settings = settings_for(modulus=modulus)
-    places = (np.arange(offsets) + 0.5) / offsets - 0.5 if offsets > 1 else np.zeros(1)
+    places = (np.arange(offsets) + 0.5) / offsets - 0.5
     shape = Shape("sphere", (radius,), (radius, 0.0, 0.0))
-    counts, arrays = [], []
-    for row in places:
-        for column in places:
-            scene = bench(PAD, 6.5 + row, 2.5 + column, [shape], ["press"], settings, 0.0, spoil)
-            forces = imprint(scene, pressed(scene, force), PAD).forces
-            counts.append(int((forces > TOUCHED).sum()))
-            arrays.append(forces)
-    scene = bench(PAD, 6.0, 2.0, [shape], ["press"], settings, 0.0, spoil)
-    peak = imprint(scene, pressed(scene, force), PAD).forces
-    return float(np.mean(counts)) * CELL, float(peak.max()) / CELL, [*arrays, peak]
+    counts, profile, peak, forces = [], [], 0.0, np.zeros(0)
+    for row, column in [*((6.5 + i, 2.5 + j) for i in places for j in places), (6.0, 2.0)]:
+        scene = bench(PAD, row, column, [shape], ["press"], settings, 0.0, spoil)
+        forces = imprint(scene, pressed(scene, force), PAD).forces
+        rows, columns = np.nonzero(forces > TOUCHED)
+        distance = c.TAXEL_PITCH * np.hypot(rows - row, columns - column)
+        profile.append(np.column_stack([distance, forces[rows, columns] / CELL]))
+        if (row, column) == (6.0, 2.0):
+            peak = float(forces.max()) / CELL
+        else:
+            counts.append(len(rows))
+    return float(np.mean(counts)) * CELL, peak, np.concatenate(profile), forces
 
 
 def ball(short: bool = False, spoil: Spoil = HONEST) -> Result:
@@ -90,7 +104,7 @@ def ball(short: bool = False, spoil: Spoil = HONEST) -> Result:
     rows, curves = [], []
     offsets = 2 if short else 4
     for radius, force in ((0.02, 10.0),) if short else ((0.02, 10.0), (0.02, 3.0), (0.05, 10.0)):
-        area, peak, arrays = _balls(radius, force, 1e6, offsets, spoil)
+        area, peak, profile, forces = _balls(radius, force, 1e6, offsets, spoil)
         name = f"ball, r {1e3 * radius:g} mm, {force:g} N"
         _, exact_area, exact_peak = bed(force, radius + TAXEL_RADIUS)
         _, ideal_area, ideal_peak = bed(force, radius)
@@ -106,7 +120,7 @@ def ball(short: bool = False, spoil: Spoil = HONEST) -> Result:
             Row(f"{name}: peak pressure, ideal bed", "kPa", 1e-3 * ideal_peak, 1e-3 * peak,
                 share / (1.0 + share) + 0.05, "peak down by (1 + R/r)^½", judged=False),
         ]  # fmt: skip
-        curves.append((radius, force, arrays[-1]))
+        curves.append((radius, force, profile, forces))
     return Result(tuple(rows), {"balls": curves})
 
 

@@ -26,6 +26,7 @@ HAND_PLACE = np.array([0.45, 0.0, 0.4])  # of the hand's mount in the world [m]
 PALM = HAND_PLACE + np.array([0.0, 0.0, c.MOUNT_HEIGHT])
 GRAVITY = 9.81
 THING_MASS = 0.5  # [kg]; near that of the paper's objects
+TAXEL_RADIUS = 0.0132  # [m] of the taxels' spheres in the middle columns of a proximal pad
 
 
 @dataclass(frozen=True)
