@@ -117,7 +117,7 @@ def against_thumb_distal(scene: Scene) -> mujoco.MjData:
     """
     pad = np.array([-8.525 + 14.8, 0.0, 172.283 + 27.55]) * 1e-3
     lean = np.radians(20.0)
-    return placed(scene, (lean, -lean), pad + (35.95e-3, -11.6e-3, 8.3e-3), np.eye(3))
+    return placed(scene, (lean, -lean), pad + np.array([35.95e-3, -11.6e-3, 8.3e-3]), np.eye(3))
 
 
 def against_thumb_proximal(scene: Scene) -> mujoco.MjData:

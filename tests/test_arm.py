@@ -102,7 +102,7 @@ def test_straight_paths_are_straight(arm):
     assert start is not None
     home, rotation = arm.palm_pose(start)
     for motion in ((0, 0, 0.15), (-0.08, 0.0, 0.06), (0.0, 0.1, 0.0)):
-        path = arm.straight(start, np.array(motion))
+        path = arm.straight(start, np.array(motion), spacing=0.012)
         assert path is not None
         assert path[0] == pytest.approx(start)
         goal, _ = arm.palm_pose(path[-1])
@@ -119,10 +119,18 @@ def test_straight_paths_are_straight(arm):
             assert angle_between(turned, rotation) < 5e-3
             seen.append(ahead)
         assert np.all(np.diff(seen) > -3e-4)
-        # Waypoints are spaced evenly, at most 15 mm apart.
+        # Waypoints are spaced evenly, no further apart than asked.
         steps = np.diff([(arm.palm_pose(q)[0] - home) @ direction for q in path])
         assert steps == pytest.approx(np.full(len(steps), length / len(steps)), abs=4e-4)
-        assert length / len(steps) <= 0.015 + 1e-9
+        assert length / len(steps) <= 0.012 + 1e-9
+
+
+def test_the_lift_is_straight_with_the_spacing_that_trials_use(arm):
+    start = arm.reach(np.array([0.55, 0.02, 0.32]), DOWN)
+    path = arm.straight(start, np.array([0.0, 0.0, 0.15]))
+    home, _ = arm.palm_pose(start)
+    aside = [arm.palm_pose(along(path, s))[0][:2] - home[:2] for s in np.linspace(0, 1, 80)]
+    assert np.linalg.norm(aside, axis=1).max() < 1.5e-3
 
 
 def test_straight_out_of_reach_is_none(arm):

@@ -34,9 +34,9 @@ def test_it_starts_at_the_preshape():
 def test_free_fingers_close_at_their_rate_until_fully_closed():
     fingers = control(ratio=0.2)
     for _ in range(100):
-        reference = fingers.close(NOTHING, 0.01)
+        fingers.close(NOTHING, 0.01)
     assert fingers.ratio == pytest.approx(np.full(3, 0.8))  # 0.6 per second
-    assert reference == pytest.approx(preshape_angles("parallel", 0.8))
+    assert fingers.reference == pytest.approx(preshape_angles("parallel", 0.8))
     assert not fingers.closed
     for _ in range(40):
         fingers.close(NOTHING, 0.01)
@@ -92,21 +92,21 @@ def test_squeeze_ramps_to_a_quarter_more_than_the_limit():
     fingers = control("parallel", 0.5)
     held = fingers.reference - 0.03  # the object holds the fingers back
     for _ in range(30):
-        reference = fingers.squeeze(held, 0.01)
+        fingers.squeeze(held, 0.01)
     assert not fingers.settled
     # Half way: reference - angle = 0.5 * 1.25 * limit / kp of the proximal joints.
-    assert (reference - held)[[F2_PROXIMAL, T_PROXIMAL, F1_PROXIMAL]] == pytest.approx(
+    assert (fingers.reference - held)[[F2_PROXIMAL, T_PROXIMAL, F1_PROXIMAL]] == pytest.approx(
         np.full(3, 0.5 * 1.25 * 1.6 / 20)
     )
     for _ in range(31):
-        reference = fingers.squeeze(held, 0.01)
+        fingers.squeeze(held, 0.01)
     assert fingers.settled
-    asked = STIFFNESS * (reference - held)
+    asked = STIFFNESS * (fingers.reference - held)
     assert asked[[F2_PROXIMAL, T_PROXIMAL, F1_PROXIMAL]] == pytest.approx(np.full(3, 2.0))
     # The others keep their references: spread and, with this preshape, the distal joints.
     kept = preshape_angles("parallel", 0.5)
     rest = [SPREAD, F2_DISTAL, T_DISTAL, F1_DISTAL]
-    assert reference[rest] == pytest.approx(kept[rest])
+    assert fingers.reference[rest] == pytest.approx(kept[rest])
 
 
 @pytest.mark.parametrize("preshape", ["cylindrical", "spherical"])
@@ -114,9 +114,9 @@ def test_curling_preshapes_squeeze_with_the_distal_joints_too(preshape):
     fingers = control(preshape, 0.5)
     held = fingers.reference - 0.03
     for _ in range(61):
-        reference = fingers.squeeze(held, 0.01)
+        fingers.squeeze(held, 0.01)
     distal = [F2_DISTAL, T_DISTAL, F1_DISTAL]
-    assert (STIFFNESS * (reference - held))[distal] == pytest.approx(np.full(3, 1.25))
+    assert (STIFFNESS * (fingers.reference - held))[distal] == pytest.approx(np.full(3, 1.25))
 
 
 def test_squeeze_counts_from_where_it_began():
@@ -124,8 +124,8 @@ def test_squeeze_counts_from_where_it_began():
     held = fingers.reference - 0.03
     fingers.squeeze(held, 0.01)
     for _ in range(60):
-        reference = fingers.squeeze(held - 0.5, 0.01)  # pushed back: the reference does not follow
-    assert reference[T_PROXIMAL] == pytest.approx(held[T_PROXIMAL] + 1.25 * 1.6 / 20)
+        fingers.squeeze(held - 0.5, 0.01)  # pushed back: the reference does not follow
+    assert fingers.reference[T_PROXIMAL] == pytest.approx(held[T_PROXIMAL] + 1.25 * 1.6 / 20)
 
 
 def test_a_squeezing_motor_gives_its_limit_and_no_more():

@@ -145,6 +145,20 @@ def test_jacobian_is_the_derivative_of_position(kinematics, finger, kind):
         assert set(np.flatnonzero(moved[1:]) + 1) == set(range(first, first + own))
 
 
+def test_spin_by_hand(kinematics):
+    # Finger 1 at spread 60: the spread turns it about the palm's +z; its joints' axis is +y of
+    # the base, which is turned by 180 + 60 degrees: (sin 60, -cos 60, 0).
+    kinematics.pose(np.radians([60, 0, 0, 0, 0, 20, -20]))
+    expected = np.zeros((3, 7))
+    expected[:, 0] = (0, 0, 1)
+    expected[:, 5] = expected[:, 6] = (0.8660254, -0.5, 0)
+    assert kinematics.spin_jacobian("finger1_distal") == pytest.approx(expected, abs=1e-6)
+    expected = np.zeros((3, 7))
+    expected[:, 0] = (0, 0, -1)  # finger 2 turns the other way
+    expected[:, 1] = (-0.8660254, -0.5, 0)
+    assert kinematics.spin_jacobian("finger2_proximal") == pytest.approx(expected, abs=1e-6)
+
+
 def test_limits_speeds_and_torques_are_the_data_sheets(model):
     assert hand.MOTOR_NAMES == ("spread", "finger2_proximal", "finger2_distal", "thumb_proximal",
                                 "thumb_distal", "finger1_proximal", "finger1_distal")  # fmt: skip

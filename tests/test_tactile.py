@@ -76,10 +76,9 @@ def test_pad_forces_are_the_motors_torques_through_the_jacobian(which, request):
     _, _, force, position = sdh_press.contacts(scene, data)
     kinematics = HandKinematics()
     kinematics.pose(data.qpos[scene.motor_qpos])
-    held = sum(
-        kinematics.jacobian(f"thumb_{which}", (p - data.xpos[scene.palm]) @ palm).T @ (f @ palm)
-        for f, p in zip(force, position, strict=True)
-    )
+    held = np.zeros(7)
+    for f, p in zip(force @ palm, (position - data.xpos[scene.palm]) @ palm, strict=True):
+        held += kinematics.jacobian(f"thumb_{which}", p).T @ f
     assert held[THUMB] == pytest.approx(torque[THUMB], abs=3e-4)
 
 
