@@ -42,7 +42,7 @@ CHECKS: dict[str, tuple[str, Check]] = {
     "plate": ("Stiffness of a pad under a plate", pads.plate),
     "ball": ("Ball pressed into a pad: elastic foundation", pads.ball),
     "modulus": ("Effect of the rubber's modulus", pads.modulus),
-    "recoil": ("Energy given back by a pad", pads.recoil),
+    "recoil": ("A plate let go by a pad", pads.recoil),
     "release": ("Released object: momentum, energy, spin", motion.release),
     "numerics": ("Independence of time step, tolerance and impratio", motion.numerics),
 }  # fmt: skip

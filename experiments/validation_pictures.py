@@ -31,18 +31,19 @@ def _figure(columns: int, width: float, height: float, **options: Any) -> tuple[
 
 def pad_onset(curves: dict[str, Any]) -> Figure:
     """Speed of a pulled plate over the load: creep below the limit, sliding beyond."""
-    figure, ax = _figure(1, 4.6, 3.4)
-    for index, ((way, mu), (shares, speeds, law)) in enumerate(sorted(curves.items())):
-        if index % 2 == 0 or len(curves) < 4:
-            ax.semilogy(shares, 1e6 * law, color=PREDICTED, lw=0.8, zorder=1)
+    figure, ax = _figure(1, 4.6, 3.2)
+    frictions = sorted({mu for _, mu in curves})
+    for (way, mu), (shares, speeds, law) in sorted(curves.items()):
         ax.semilogy(
-            shares, 1e6 * speeds, MARKERS[index % 6], ms=4.5, mfc="none",
-            color=PALETTE[index % 6], label=f"μ {mu:g}, {way} the finger",
+            shares, speeds / law, {"across": "o", "along": "+"}[way], mfc="none",
+            ms={"across": 4.5, "along": 7.0}[way], color=PALETTE[frictions.index(mu)],
+            label=f"μ {mu:g}, {way} the finger",
         )  # fmt: skip
-    ax.plot([], [], color=PREDICTED, lw=0.8, label="creep law of the contact model")
-    ax.axvline(1.0, color=FAINT, lw=0.8, ls="--")
-    ax.set(xlabel="pull over μ N", ylabel="speed after 0.2 s [µm/s]")
-    ax.legend(loc="upper left", fontsize=7)
+    ax.axhline(1.0, color=PREDICTED, lw=0.8, zorder=0)
+    ax.axvline(1.0, color=FAINT, lw=0.8, ls="--", zorder=0)
+    ax.annotate("Coulomb's limit", (0.99, 10.0), rotation=90, ha="right", fontsize=8)
+    ax.set(xlabel="pull over μ N", ylabel="speed over that of the creep law", xlim=(0, 1.15))
+    ax.legend(loc="upper left")
     return figure
 
 
@@ -77,12 +78,14 @@ def torsion_onset(curves: dict[str, Any]) -> Figure:
                       color=PALETTE[index])  # fmt: skip
     shares, _, law, *_ = curves[names[0]]
     left.semilogy(shares, law, color=PREDICTED, lw=0.8, ls=":")
-    left.annotate("creep law, plate", (shares[3], law[3]), (0.95, 0.25 * law[3]), fontsize=8)
+    left.annotate("creep law, plate", (1.12, 0.45 * law[5]), fontsize=8)
     left.axvline(1.0, color=FAINT, lw=0.8, ls="--")
     left.set(xlabel="moment over τ* of equation 7", ylabel="spin after 0.2 s [rad/s]")
     where = np.arange(len(names))[::-1]
     right.barh(where, [curves[n][4] for n in names], 0.55, color=PALETTE[: len(names)])
     right.axvline(1.0, color=FAINT, lw=0.8, ls="--")
+    for place, name in zip(where, names, strict=True):
+        right.annotate(f"{curves[name][4]:.2f}", (0.03, place), va="center", color="white")
     right.set_yticks(where, names)
     right.set(xlim=(0, 1.15), xlabel="moment at which it spins over τ*")
     return figure
@@ -103,7 +106,10 @@ def single_finger(curves: dict[str, Any]) -> Figure:
         error = 100.0 * (np.linalg.norm(simulated) / np.linalg.norm(predicted) - 1.0)
         ax.set_title(f"{np.linalg.norm(simulated):.2f} N\n({error:+.2f} %)")
         ax.set_aspect("equal")
-        ax.set_xlabel("x [mm]")
+        middle = 0.5 * (
+            min(line[:, 0].min(), centre[0] - 20) + max(line[:, 0].max(), centre[0] + 20)
+        )
+        ax.set(xlabel="x [mm]", xlim=(middle - 62, middle + 62))
     axes[0].set_ylabel("height over the palm frame [mm]")
     axes[0].plot([], [], color=PREDICTED, lw=3.6, label="J$^{-T}$τ̄")
     axes[0].plot([], [], color=SIMULATED, lw=1.4, label="contacts")
@@ -153,7 +159,7 @@ def whole_grasp(curves: dict[str, Any]) -> Figure:
         ax.plot(where, contacts, "_", color=SIMULATED, ms=13, mew=1.8, label="Σ J$^T$f")
         ax.axhline(0.0, color=PREDICTED, lw=0.6)
         ax.set_xticks(where, names, rotation=60, ha="right", rotation_mode="anchor")
-        ax.set_title(name.replace("_", " ").replace("bottle ", "bottle, seed "))
+        ax.set_title(name.replace("_", " "))
     axes[0, 0].set_ylabel("torque [N m]")
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
@@ -179,7 +185,7 @@ def ball(curves: dict[str, Any]) -> Figure:
         ax.set_xlim(left=0)
         ax.set_ylim(bottom=0)
     axes[0, 0].set_ylabel("pressure [kPa]")
-    axes[0, -1].legend(loc="upper right")
+    axes[0, 0].legend(loc="lower left", handlelength=1.6)
     return figure
 
 
@@ -196,12 +202,15 @@ def modulus(curves: dict[str, Any]) -> Figure:
     left.legend()
     right.semilogx(1e-6 * young, predicted, color=PREDICTED, lw=0.8, label="2 τ̄ over the lever")
     right.semilogx(1e-6 * young, held, "o", color=SIMULATED, mfc="none", label="sum of all taxels")
-    right.set(xlabel="Young's modulus [MPa]", ylabel="force on a clamped box [N]", ylim=(0, None))
+    right.set(xlabel="Young's modulus [MPa]", ylabel="force on a clamped box [N]",
+              ylim=(0, 1.15 * held.max()))  # fmt: skip
     right.legend(loc="lower right")
     for ax in (left, right):
         ax.set_xticks(1e-6 * young, [f"{1e-6 * e:g}" for e in young])
         ax.minorticks_off()
-    ticks = [t for t in (50, 100, 200, 400, 800) if 0.8 * min(law) < t * 1e-6 < 1.25 * max(law)]
+    left.set_ylim(0.8e6 * min(law), 1.25e6 * max(law))
+    low, high = left.get_ylim()
+    ticks = [t for t in (40, 60, 80, 100, 150, 200, 300, 400) if low < t < high]
     left.set_yticks(ticks, [str(t) for t in ticks])
     return figure
 

@@ -40,7 +40,8 @@ class Spoil:
         friction: on every friction coefficient.
         torque: on the motors' torque limits.
         impratio: on the ratio of friction to normal impedance.
-        gravity: on the acceleration of a released thing.
+        gravity: on the acceleration of a released thing, and on the support that the real cell
+            gives the hand's own weight.
     """
 
     stiffness: float = 1.0
