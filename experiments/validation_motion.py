@@ -114,7 +114,7 @@ class Held:
         quat: its orientation there, w x y z (4,).
         residual: largest |Σ Jᵀ f - τ| over motors off their joint limits [N m].
         tactile: sum of the tactile arrays [N].
-        sums: Σ Jᵀ f (7,) and motor torques (7,) [N m].
+        sums: Σ Jᵀ f (7,), motor torques (7,) [N m] and motors off their joint limits (7,) bool.
     """
 
     sensed: float
@@ -123,7 +123,7 @@ class Held:
     quat: np.ndarray
     residual: float
     tactile: float
-    sums: tuple[np.ndarray, np.ndarray]
+    sums: tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,7 @@ def hold(name: str, seed: int, numerics: Numerics, spoil: Spoil = HONEST) -> Hel
     pose = cell.object_in_hand()
     return Held(
         sensed, unsensed, pose[:3], pose[3:], float(np.abs(sums - motors)[free].max()),
-        float(taxel_forces(scene, data).sum()), (sums, motors),
+        float(taxel_forces(scene, data).sum()), (sums, motors, free),
     )  # fmt: skip
 
 
@@ -186,7 +186,9 @@ def numerics(short: bool = False, spoil: Spoil = HONEST) -> Result:
     """Force and pose of a grasp under other time steps, tolerances and impratios.
 
     Impratio 10 is shown for contrast: friction creeps ten times faster, and what the fingers
-    lock into the grasp while they close is partly gone when they rest.
+    lock into the grasp while they close is partly gone when they rest. Where hard parts of the
+    hand carry load beside the pads, how the two share it is statically indeterminate and hangs on
+    tenths of a millimetre: there the taxels' part of the force is noted, not judged.
     """
     variants = {
         "dt 0.5 ms": Numerics(timestep=0.0005),
@@ -200,7 +202,7 @@ def numerics(short: bool = False, spoil: Spoil = HONEST) -> Result:
     if short:
         variants = {label: variants[label] for label in ("dt 4 ms", "impratio 1000")}
     rows, points = [], []
-    for name, seed in GRASPS[:1] if short else GRASPS[:2]:
+    for name, seed in GRASPS[:1] if short else GRASPS:
         usual = hold(name, seed, Numerics())
         for label, variant in variants.items():
             held = hold(name, seed, variant, spoil)
@@ -208,15 +210,26 @@ def numerics(short: bool = False, spoil: Spoil = HONEST) -> Result:
             turned = math.degrees(2.0 * math.acos(min(1.0, abs(float(held.quat @ usual.quat)))))
             force = usual.sensed + usual.unsensed
             judged = label != "impratio 10"
+            known = f"{name} {seed}, {label}"
             rows += [
-                Row(f"{name}: force of the hand, {label}", "N", force,
-                    held.sensed + held.unsensed, 0.05,
+                Row(f"{known}: force of the hand", "N", force, held.sensed + held.unsensed, 0.05,
                     "motors at their limits fix it; the others follow the pose by 20 N m/rad",
                     judged=judged),
-                Row(f"{name}: place of the object, {label}", "mm", 0.0, moved, 0.1,
+                Row(f"{known}: of it on taxels", "N", usual.sensed, held.sensed, 0.05,
+                    "as above; shared with hard parts of the hand it is indeterminate",
+                    judged=judged and usual.unsensed == 0.0),
+                Row(f"{known}: object displaced", "mm", 0.0, moved, 0.1,
                     "a tenth of the 10 mm that decide the label", scale=10.0, judged=judged),
-                Row(f"{name}: turn of the object, {label}", "°", 0.0, turned, 0.1,
+                Row(f"{known}: object turned", "°", 0.0, turned, 0.1,
                     "a tenth of the 10° that decide the label", scale=10.0, judged=judged),
             ]  # fmt: skip
-            points.append((name, label, (held.sensed + held.unsensed) / force, moved, turned))
+            points.append(
+                (
+                    f"{name}, seed {seed}",
+                    label,
+                    (held.sensed + held.unsensed) / force,
+                    moved,
+                    turned,
+                )
+            )
     return Result(tuple(rows), {"points": points})

@@ -153,10 +153,13 @@ def whole_grasp(curves: dict[str, Any]) -> Figure:
     grasps = curves["sums"]
     figure, axes = _figure(len(grasps), 2.1 * len(grasps) + 0.6, 2.9, sharey=True, squeeze=False)
     names = ("spread", "2 prox.", "2 dist.", "thumb prox.", "thumb dist.", "1 prox.", "1 dist.")
-    for ax, (name, contacts, motors) in zip(axes[0], grasps, strict=True):
+    for ax, (name, contacts, motors, free) in zip(axes[0], grasps, strict=True):
         where = np.arange(7)
         ax.bar(where, motors, 0.75, color="#cfd8dc", label="motor torque")
         ax.plot(where, contacts, "_", color=SIMULATED, ms=13, mew=1.8, label="Σ J$^T$f")
+        for joint in np.flatnonzero(~free):
+            ax.annotate("joint at its stop", (joint, contacts[joint] + 0.08), rotation=90,
+                        ha="center", fontsize=7)  # fmt: skip
         ax.axhline(0.0, color=PREDICTED, lw=0.6)
         ax.set_xticks(where, names, rotation=60, ha="right", rotation_mode="anchor")
         ax.set_title(name.replace("_", " "))
@@ -255,7 +258,7 @@ def numerics(curves: dict[str, Any]) -> Figure:
     for ax in axes[1:]:
         ax.axvspan(0.0, 1.0, color="#e8edf0", zorder=0)
         ax.set_xlim(0.0, 1.08)
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return figure
 
 

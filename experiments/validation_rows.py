@@ -20,8 +20,8 @@ class Row:
         tolerance: allowed deviation as a share of ``scale``.
         reason: why that much is allowed.
         scale: what deviations are measured against; None is the predicted value.
-        judged: False for a deviation of the contact model that is known, bounded and reported but
-            decides nothing.
+        judged: False for a known deviation of the contact model, which is reported with the bound
+            expected of it but decides nothing.
     """
 
     quantity: str

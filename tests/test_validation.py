@@ -77,11 +77,12 @@ def test_a_failing_line_is_shown_and_gives_exit_status_1(monkeypatch, capsys):
 
 def test_a_noted_line_decides_nothing(monkeypatch, capsys):
     def odd(short, spoil):
-        return Result((Row("known", "N", 1.0, 1.2, 0.1, "made up", judged=False),))
+        known = [Row("known", "N", 1.0, 1.2, bound, "", judged=False) for bound in (0.1, 0.3)]
+        return Result(tuple(known))
 
     monkeypatch.setitem(validation.CHECKS, "plate", ("Odd", odd))
     assert validation.main(["--short", "--only", "plate", "--reasons"]) == 0
-    assert "noted" in capsys.readouterr().out
+    assert "0 of 0 lines pass; 2 noted, 1 of them beyond" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
