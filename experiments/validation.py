@@ -3,9 +3,10 @@
     python -m experiments.validation [--short] [--out DIR] [--only NAME ...] [--reasons]
 
 Each line compares what mechanics predicts with what MuJoCo does on the project's own hand, pads
-and rubber. A line marked *noted* is a known deviation of the contact model with the bound expected of
-it (*beyond* where it is larger); it is reported and decides nothing. The exit status is 1 if a line fails. With ``--out`` a picture
-is drawn for every check that gains from one, and the table is written as ``validation.csv``.
+and rubber. A line marked *noted* is a known deviation of the contact model with the bound expected
+of it (*beyond* where it is larger); it is reported and decides nothing. The exit status is 1 if a
+line fails. With ``--out`` a picture is drawn for every check that gains from one, and the table is
+written as ``validation.csv``.
 """
 
 from __future__ import annotations
