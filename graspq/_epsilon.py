@@ -5,29 +5,30 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from graspq._flat import spread
+from graspq._flat import spread, whiten, whitened
 from graspq._hull import (
     ALIVE,
     DONE,
     FULL,
     GROWN,
-    ask,
     insert,
     jog_vertex,
     known,
     simplex,
 )
-from graspq._oracle import invert
-from graspq._ray import CAPPED, SOLVED, shoot
+from graspq._oracle import invert, support
+from graspq._pivot import times
+from graspq._ray import CAPPED, SOLVED, extent, shoot
 
 STUCK, SMALL, COARSE, FLAT = 3, 4, 5, 6
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def nearest(body, size, stop, small, jog, seed, max_facets, max_vertices):
+def nearest(body, turn, stop, small, jog, seed, max_facets, max_vertices):
     """Return (status, lower, upper, facets made) of the largest ball around the origin.
 
-    The origin must lie strictly inside the set. COARSE asks for a smaller ``jog``.
+    The origin must lie strictly inside the set, which is round: ``turn`` took it there, and
+    lengths are those before. COARSE asks for a smaller ``jog``.
 
     ``lower`` is the distance of the nearest facet of the hull and ``upper`` the support of its
     normal; they meet within ``stop``. SMALL says that an artificial vertex is still on it.
@@ -43,11 +44,12 @@ def nearest(body, size, stop, small, jog, seed, max_facets, max_vertices):
     table = np.empty(1 << int(np.ceil(np.log2(12.0 * max_facets))), np.int32)
     tags = np.empty(table.shape[0], np.int64)
     score, choice = np.empty(body[0].shape[1]), np.empty(body[1].shape[0] - 1, np.int64)
-    direction, vertex = np.empty(6), np.empty(6)
+    vertex = np.empty(6)
+    points, starts, centres, axes, balls, zero, shift = body
     count, top = simplex(small, vertices, jogged, facets, links, planes, state)
     free_count = 0
     for f in range(top):
-        length[f] = _length(planes, f, size)
+        length[f] = _length(planes[f], turn)
     upper, confirmed, distance = np.inf, np.inf, 0.0
     for step in range(20 * max_vertices):
         # The facet nearest the origin has the longest u.
@@ -74,11 +76,9 @@ def nearest(body, size, stop, small, jog, seed, max_facets, max_vertices):
             exact = _exact_plane(f, facets, vertices, plane)
             if not exact:
                 plane[:] = planes[f]
-        h = ask(plane, size, body, score, choice, direction, vertex)
-        reach = 0.0
-        for r in range(6):
-            reach += direction[r] * direction[r]
-        reach = np.sqrt(reach)
+        h = support(plane, points, starts, centres, axes, balls, zero, shift, score, choice,
+                    vertex)
+        reach = _length(plane, turn)
         if h > 0.0:
             upper = min(upper, h / reach)
         elif h <= 0.0:
@@ -97,7 +97,8 @@ def nearest(body, size, stop, small, jog, seed, max_facets, max_vertices):
         for way in range(2):
             if way == 1:
                 # An exact plane through a sliver points anywhere: ask along the jogged one.
-                ask(planes[f], size, body, score, choice, direction, vertex)
+                support(planes[f], points, starts, centres, axes, balls, zero, shift, score,
+                        choice, vertex)
             if known(vertex, vertices, count) < 0:
                 vertices[count] = vertex
                 jog_vertex(vertex, count, jog, seed, jogged[count])
@@ -109,6 +110,8 @@ def nearest(body, size, stop, small, jog, seed, max_facets, max_vertices):
                 return SMALL, 0.0, upper, top
             if coarse:
                 return COARSE, distance, upper, top
+            if exact and h <= 1.0 + 1e-9:
+                confirmed = min(confirmed, h / reach)
             state[f] = DONE
             continue
         status, top, free_count, made = insert(
@@ -117,10 +120,11 @@ def nearest(body, size, stop, small, jog, seed, max_facets, max_vertices):
         if status != GROWN:
             return status, distance, upper, top
         for i in range(made):
-            length[fresh[i]] = _length(planes, fresh[i], size)
+            length[fresh[i]] = _length(planes[fresh[i]], turn)
         count += 1
-    if confirmed == np.inf:
-        return STUCK, distance, upper, top
+    if confirmed > upper * (1.0 + 1e-12):
+        # Some direction reaches less far than the facets that were found.
+        return STUCK, confirmed, upper, top
     return GROWN, confirmed, confirmed, top
 
 
@@ -149,22 +153,36 @@ def strictly_inside(body, inner, size):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def ball(body, stop, max_facets, max_vertices):
-    """Return (status, lower, value) of the largest ball around the origin; 0 when outside."""
-    inner, size = np.empty(6), np.empty(6)
-    if spread(body, inner, size, np.empty((6, 6))) == 0.0:
+    """Return (status, lower, value) of the largest ball around the origin; 0 when outside.
+
+    Without facets to grow, the value only says whether the origin is inside.
+    """
+    inner, size, scatter, turn = np.empty(6), np.empty(6), np.empty((6, 6)), np.empty((6, 6))
+    if spread(body, inner, size, scatter) == 0.0:
         return FLAT, 0.0, 0.0
-    status, inside = strictly_inside(body, inner, size)
-    if status == CAPPED:
-        return STUCK, 0.0, 0.0
-    if not inside:
+    whiten(scatter, size, turn)
+    return ball_of(body, turn, inner, stop, max_facets, max_vertices)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def ball_of(body, turn, inner, stop, max_facets, max_vertices):
+    """``ball`` of a set that ``turn`` takes to a round one; ``inner`` is a point inside."""
+    body = whitened(body, turn)
+    middle, size = np.empty(6), np.empty(6)
+    times(turn, inner, middle)
+    extent(body, size)
+    status, inside = strictly_inside(body, middle, size)
+    if status != CAPPED and not inside:
         return GROWN, 0.0, 0.0
+    if max_facets == 0:
+        return (STUCK if status == CAPPED else GROWN), 0.0, np.inf
     status, lower, upper = STUCK, 0.0, 0.0
     # Points of a smooth set share no plane by chance, and their spacing must stay above the jog.
     power = -7.0 if body[2].shape[1] == 0 else -10.0
     for attempt in range(12):
         jog = 10.0 ** power
         status, lower, upper, _ = nearest(
-            body, size, stop, 1e-2 * jog, jog, attempt, max_facets, max_vertices)
+            body, turn, stop, 1e-2 * jog, jog, attempt, max_facets, max_vertices)
         if status in (GROWN, FULL):
             return status, lower, upper
         if status in (COARSE, SMALL) or attempt % 3 == 2:
@@ -177,10 +195,14 @@ def ball(body, stop, max_facets, max_vertices):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _length(planes, f, size):
+def _length(plane, turn):
+    """Length of a plane's u before the set was turned."""
     total = 0.0
-    for r in range(6):
-        total += (planes[f, r] / size[r]) ** 2
+    for c in range(6):
+        part = 0.0
+        for r in range(6):
+            part += turn[r, c] * plane[r]
+        total += part * part
     return np.sqrt(total)
 
 

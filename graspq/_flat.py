@@ -1,4 +1,4 @@
-"""Compiled check whether a wrench space spans all six directions, and its inner point."""
+"""Compiled: whether a wrench space spans all six directions, its inner point, a round image."""
 
 from __future__ import annotations
 
@@ -102,3 +102,64 @@ def _smallest_pivot(scatter):
                     cp = a[c, p] if c >= p else a[p, c]
                     a[r, c] -= rp * cp / pivot
     return pivot / first
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def whiten(scatter, size, turn):
+    """Write the map that makes a set of this scatter (lower half, in units of size) round."""
+    low = np.zeros((6, 6))
+    for r in range(6):
+        for c in range(r + 1):
+            total = scatter[r, c]
+            for k in range(c):
+                total -= low[r, k] * low[c, k]
+            if r == c:
+                low[r, r] = np.sqrt(max(total, 1e-15 * scatter[r, r]))
+            else:
+                low[r, c] = total / low[c, c]
+    turn[:, :] = 0.0
+    for c in range(6):
+        turn[c, c] = 1.0 / low[c, c]
+        for r in range(c + 1, 6):
+            total = 0.0
+            for k in range(c, r):
+                total -= low[r, k] * turn[k, c]
+            turn[r, c] = total / low[r, r]
+    for r in range(6):
+        for c in range(6):
+            turn[r, c] /= size[c]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def whitened(body, turn):
+    """The body in turned coordinates; ``turn`` is scaled so that its rows' extents are 1."""
+    points, starts, centres, axes, balls, zero, shift = body
+    moved, middles = np.zeros(points.shape), np.zeros(centres.shape)
+    sides, away = np.zeros(axes.shape), np.zeros(6)
+    for r in range(6):
+        for c in range(6):
+            factor = turn[r, c]
+            if factor == 0.0:
+                continue
+            away[r] += factor * shift[c]
+            for k in range(points.shape[1]):
+                moved[r, k] += factor * points[c, k]
+            for k in range(centres.shape[1]):
+                middles[r, k] += factor * centres[c, k]
+                for i in range(3):
+                    sides[k, r, i] += factor * axes[k, c, i]
+    for r in range(6):
+        big = 0.0
+        for k in range(moved.shape[1]):
+            big = max(big, abs(moved[r, k]))
+        for k in range(middles.shape[1]):
+            big = max(big, abs(middles[r, k]))
+            for c in range(3):
+                big = max(big, abs(sides[k, r, c]))
+        moved[r] /= big
+        middles[r] /= big
+        turn[r] /= big
+        away[r] /= big
+        for k in range(sides.shape[0]):
+            sides[k, r] /= big
+    return moved, starts, middles, sides, balls, zero, away

@@ -1,7 +1,7 @@
 """Compiled convex hull of a set known by its support oracle, grown facet by facet.
 
-The hull lives in six dimensions, each row in units of the set's extent, and always holds the
-origin: a facet is the plane u·x = 1 through six vertices. It starts from a simplex of artificial
+The hull lives in six dimensions, in coordinates in which the set is about round, and always
+holds the origin: a facet is the plane u·x = 1 through six vertices. It starts from a simplex of artificial
 vertices too small to matter. A new facet through a ridge of a visible facet f and a hidden one g
 is a convex combination of their u, so no linear system is solved. Vertices are jogged by
 ``jog``, so that no seven of them share a plane; exact vertices decide in the end.
@@ -11,8 +11,6 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-
-from graspq._oracle import support
 
 GROWN, FULL, BROKEN = 0, 1, 2
 ALIVE, DONE = 1, 2
@@ -175,18 +173,6 @@ def _join(new, facets, links, table, tags, size):
                 break
             at = (at + 1) & (size - 1)
     return change
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def ask(plane, size, body, score, choice, direction, out):
-    """Support value and vertex (in units of ``size``) of the direction ``plane``."""
-    points, starts, centres, axes, balls, zero, shift = body
-    for r in range(6):
-        direction[r] = plane[r] / size[r]
-    h = support(direction, points, starts, centres, axes, balls, zero, shift, score, choice, out)
-    for r in range(6):
-        out[r] /= size[r]
-    return h
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

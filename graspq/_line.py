@@ -9,68 +9,107 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from graspq._pivot import dot, row_sum
+from graspq._pivot import dot, price, row_sum
 from graspq._ray import CAPPED, SOLVED, collect, shoot
 
 EMPTY = 3
+CLOSE = 1e-6
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def highest(state, task, inner, size, body, pads, stop, score, choice):
-    """Return (status, q): the largest q, of any sign, with q t in the set."""
-    u, ray = np.empty(6), task.copy()
-    q = np.inf
+    """Return (status, q, upper, gauge) of the largest q, of any sign, with q t in the set.
+
+    ``upper`` is proven by a plane; ``gauge`` is that of q t, 1 up to the tolerance.
+    CAPPED where the line passes so close that round-off decides whether it meets the set.
+    """
+    u, vertex, ray = np.empty(6), np.empty(6), task.copy()
+    q, upper, closest = np.inf, np.inf, 0.0
     for _ in range(200):
         status, value, _, _ = shoot(state, False, ray, size, body, pads, stop, score, choice)
         if status != SOLVED:
-            return CAPPED, 0.0
+            return CAPPED, 0.0, 0.0, 0.0
         row_sum(state[1], u)
         along = dot(u, task)
+        if along > 0.0:
+            h, _ = price(u, body, pads, score, choice, vertex)
+            upper = min(upper, (h + dot(u, inner)) / along)
         if q < np.inf and value >= 1.0 - 1e-12 - 4.0 * stop:
-            return SOLVED, q
+            return SOLVED, q, upper, 1.0 / value
+        if q < np.inf:
+            closest = max(closest, value)
         if along <= 0.0:
-            return EMPTY, 0.0
+            return (EMPTY if closest < 1.0 - CLOSE else CAPPED), 0.0, 0.0, 0.0
         below = (1.0 + dot(u, inner)) / along
         if q < np.inf and below >= q - 1e-15 * abs(q):
-            return SOLVED, q
+            return SOLVED, q, upper, 1.0 / value
         q = below
-        far, near = 0.0, 0.0
-        for r in range(6):
-            ray[r] = q * task[r] - inner[r]
-            far = max(far, abs(ray[r]) / size[r])
-            near = max(near, abs(inner[r]) / size[r])
-        if far <= 1e-12 * near or far == 0.0:
-            return SOLVED, q
-    return CAPPED, 0.0
+        if _ray_through(ray, q, task, inner, size):
+            return SOLVED, q, upper, 0.0
+    return CAPPED, 0.0, 0.0, 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _ray_through(ray, q, task, inner, size):
+    """Point the ray from the inner point at q t; True when they are the same point."""
+    far, near = 0.0, 0.0
+    for r in range(6):
+        ray[r] = q * task[r] - inner[r]
+        far = max(far, abs(ray[r]) / size[r])
+        near = max(near, abs(inner[r]) / size[r])
+    return far <= 1e-12 * near or far == 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def between(tasks, inner, size, body, pads, stop, owners, ball_owners, forces):
-    """Return (status, q, critical): the largest q >= 0 that puts every q t in the set."""
+    """Return (status, q, lower, upper, critical): the largest q >= 0 with every q t in the set.
+
+    ``upper`` is proven by the plane that stops some task's ray, ``lower`` by the gauge between
+    the two ends of every ray, which is convex.
+    """
     score, choice = np.empty(body[0].shape[1]), np.empty(body[1].shape[0] - 1, np.int64)
     state = (np.empty((6, 6)), np.empty((6, 6)), np.empty((6, 6)), np.zeros(6, np.int64),
              np.zeros(6))
     points, starts, centres, axes, balls, zero, _ = body
     body = (points, starts, centres, axes, balls, zero, inner)
-    task = np.empty(6)
+    task, ray = np.empty(6), np.empty(6)
     value, critical, least, last = np.inf, 0, 0.0, 0
+    lower, upper = np.inf, np.inf
     for j in range(tasks.shape[1]):
+        high, gauge = 0.0, 0.0
         for sign in (1.0, -1.0):
             for r in range(6):
                 task[r] = sign * tasks[r, j]
-            status, q = highest(state, task, inner, size, body, pads, stop, score, choice)
+            status, q, top, g = highest(state, task, inner, size, body, pads, stop, score, choice)
             if status != SOLVED:
-                return status, q, j
+                return status, q, q, q, j
             far = 0.0
             for r in range(6):
                 far = max(far, abs(task[r]) / size[r])
             if abs(q) * far < 10.0 * stop:
                 q = 0.0  # the boundary passes through the origin, up to round-off
-            if sign > 0 and q < value:
-                value, critical = q, j
-                collect(state, value, body, owners, ball_owners, score, choice, forces)
-            elif sign < 0 and -q > least:
-                least, last = -q, j
+            if sign > 0:
+                high, gauge, upper = q, g, min(upper, top)
+                if q < value:
+                    value, critical = q, j
+                    collect(state, value, body, owners, ball_owners, score, choice, forces)
+            else:
+                if -q > least:
+                    least, last = -q, j
+                middle = 0.5 * (high - q)
+                slip = 0.0
+                if gauge > 1.0:
+                    for r in range(6):
+                        task[r] = tasks[r, j]
+                    g = 0.0
+                    if not _ray_through(ray, middle, task, inner, size):
+                        status, reach, _, _ = shoot(
+                            state, False, ray, size, body, pads, stop, score, choice)
+                        g = 1.0 / reach if status == SOLVED else 1.0
+                    slip = 1.0 if g >= 1.0 else min(1.0, (gauge - 1.0) / (gauge - g))
+                lower = min(lower, high - (high - middle) * slip)
     if value < 0.0 or least > value * (1.0 + 1e-9 + 10.0 * stop):
-        return EMPTY, 0.0, critical if value < 0.0 else last
-    return SOLVED, value, critical
+        if least <= value * (1.0 + CLOSE):
+            return CAPPED, 0.0, 0.0, 0.0, last
+        return EMPTY, 0.0, 0.0, 0.0, critical if value < 0.0 else last
+    return SOLVED, value, min(lower, value), max(value, upper), critical

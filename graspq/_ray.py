@@ -146,6 +146,8 @@ def shoot(state, warm, task, size, body, pads, stop, score, choice):
             if not good:
                 break
             if left <= max(1e-12, 10.0 * stop):
+                if best > value * (1.0 + 1e-9 + 10.0 * stop) and attempt < 3:
+                    break
                 return SOLVED, value, value, max(best, value)
             if shrunk:
                 return ZERO, 0.0, 0.0, best

@@ -35,37 +35,21 @@ def is_force_closure(wrenches: Any) -> bool:
 
     True when the origin is strictly inside the wrench space with unloading; both bounds agree.
     """
-    from graspq._flat import spread
-    from graspq._ray import CAPPED, SOLVED, reach
-
     packed = pack(wrenches, "l1", True)
-    inner, size = np.empty(6), np.empty(6)
-    if spread(packed.body, inner, size, np.empty((6, 6))) == 0.0 and _is_flat(packed, size):
-        return False
-    if np.abs(inner / size).max() <= 1e-12:
-        return True
-    # Seen from an inner point of the space, the origin must not be the last point of the way.
-    stop = 1e-6 if packed.smooth else 1e-12
-    status, *_ = reach(-inner[:, None], packed.body, np.zeros((0, 6)), stop, packed.owners,
-                       packed.ball_owners, np.zeros((packed.contacts, 6)))
-    if status == CAPPED:
-        raise GraspError("is_force_closure: the grasp is too close to degenerate to decide")
-    return status == SOLVED
+    status, _, value = _largest(packed, 1e-5, 0, 0)
+    return value > 0 if status == 0 else ball_of(packed, 1e-5) > 0
 
 
 def ball_of(packed: Packed, tol: float) -> float:
     """ε of a checked grasp."""
-    from graspq._epsilon import FLAT, ball
     from graspq._hull import FULL, GROWN
 
     stop = tol if packed.smooth else 0.0
     facets, vertices = FIRST_FACETS, FIRST_VERTICES
     while True:
-        status, lower, value = ball(packed.body, stop, facets, vertices)
+        status, lower, value = _largest(packed, stop, facets, vertices)
         if status == GROWN:
             return float(value)
-        if status == FLAT:
-            return 0.0
         if status != FULL:
             raise GraspError("epsilon: the hull could not be grown reliably (the grasp is close"
                              " to degenerate); move the contacts apart")
@@ -75,7 +59,18 @@ def ball_of(packed: Packed, tol: float) -> float:
         facets, vertices = min(8 * facets, MOST_FACETS), min(4 * vertices, MOST_VERTICES)
 
 
-def _is_flat(packed: Packed, size: np.ndarray) -> bool:
-    from graspq.ray import missing_directions
+def _largest(
+    packed: Packed, stop: float, facets: int, vertices: int
+) -> tuple[int, float, float]:
+    """Status, lower bound and value of the largest ball, also of all but flat sets."""
+    from graspq._epsilon import FLAT, ball, ball_of
+    from graspq.ray import rounded
 
-    return len(missing_directions(packed, size)) > 0
+    status, lower, value = ball(packed.body, stop, facets, vertices)
+    if status != FLAT:
+        return status, lower, value
+    found = rounded(packed)
+    if found is None:
+        return 0, 0.0, 0.0
+    turn, inner = found
+    return ball_of(packed.body, turn, inner, stop, facets, vertices)

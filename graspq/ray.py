@@ -9,7 +9,7 @@ import numpy as np
 from graspq._batch import reach_one
 from graspq._flat import spread
 from graspq._line import EMPTY, between
-from graspq._ray import SOLVED, ZERO, reach
+from graspq._ray import CAPPED, SOLVED, ZERO, reach
 from graspq.errors import GraspError
 from graspq.scaling import FLAT, INFEASIBLE, UNREACHABLE, TaskScaling, infeasible, nothing
 from graspq.sets import Packed
@@ -18,6 +18,9 @@ NO_PADS = np.zeros((0, 6))
 RANK = 1e-10
 IN_SPAN = 1e-9
 LOOSEST = 1e-5
+# What rows in units of their extent may be off by: an extent counts as at least 1e-6 of the
+# largest.
+ROUND_OFF = 1e-10
 
 
 def scale_at_once(wrenches: Any, tasks: Any, bound: str, tol: float) -> TaskScaling | None:
@@ -51,12 +54,16 @@ def scale_by_ray(packed: Packed, tasks: np.ndarray, tol: float) -> TaskScaling:
     """Return q* of a checked grasp and task set."""
     stop = 0.2 * tol if packed.smooth or tol > 1e-9 else 1e-12
     inner, size = np.empty(6), np.empty(6)
+    if not packed.body[5] and holds_zero(packed):
+        packed = packed._replace(body=(*packed.body[:5], True, packed.body[6]))
     body = packed.body
-    pads = NO_PADS
+    pads, given = NO_PADS, tasks
     if spread(body, inner, size, np.empty((6, 6))) == 0.0:
         pads = missing_directions(packed, size)
         if pads.shape[0]:
             settled = _into_span(packed, tasks, inner, size, pads, stop)
+            if settled is None:
+                return _otherwise(packed, given, tol)
             if isinstance(settled, TaskScaling):
                 return settled
             tasks = settled
@@ -65,32 +72,52 @@ def scale_by_ray(packed: Packed, tasks: np.ndarray, tol: float) -> TaskScaling:
         status, value, lower, upper, j = reach(
             tasks, body, pads, stop, packed.owners, packed.ball_owners, forces)
     else:
-        status, value, j = between(tasks, inner, size, body, pads, stop, packed.owners,
-                                   packed.ball_owners, forces)
-        lower, upper = value * (1 - stop), value * (1 + stop)
+        status, value, lower, upper, j = between(tasks, inner, size, body, pads, stop,
+                                                 packed.owners, packed.ball_owners, forces)
+        far = np.abs(forces.sum(axis=0) - value * tasks[:, j]) / np.where(size > 0, size, 1.0)
+        small = ROUND_OFF / np.abs(tasks[:, j] / np.where(size > 0, size, 1.0)).max()
+        if status == SOLVED and (upper - lower > (1e-9 + 10 * stop) * value + small
+                                 or far.max() > 10 * stop + ROUND_OFF):
+            status = CAPPED
     if status == SOLVED:
         return TaskScaling(value, lower, upper, int(j), forces)
     if status == ZERO:
         return nothing(packed.contacts, int(j), UNREACHABLE.format(j=j), upper)
     if status == EMPTY:
         return infeasible(packed.contacts, int(j), INFEASIBLE.format(j=j))
+    return _otherwise(packed, given, tol)
+
+
+def _otherwise(packed: Packed, tasks: np.ndarray, tol: float) -> TaskScaling:
+    """The ways out for the rare grasp too close to degenerate for the compiled pivots."""
     if not packed.smooth:
         return _by_lp(packed, tasks)
     if tol < LOOSEST:
         # Close to degenerate, round-off keeps the gap open; the bounds then say how far.
         return scale_by_ray(packed, tasks, min(10.0 * tol, LOOSEST))
-    raise GraspError(f"task_scaling: task {j} did not converge to {tol:g} (the grasp is close to"
-                     " degenerate); try a larger tol, or a number of edges")
+    from graspq.columns import scale_by_columns
+
+    return scale_by_columns(packed, tasks)
 
 
 def _by_lp(packed: Packed, tasks: np.ndarray) -> TaskScaling:
-    """The way out for the rare polytope too close to degenerate for the compiled pivots."""
+    """q* of a packed polytope by linear programs."""
     from graspq.lp import scale_all_by_lp
 
     points, starts = packed.body[:2]
     bound = "linf" if len(starts) == packed.contacts + 1 else "l1"
     grasp = [points[:, packed.owners == i] for i in range(packed.contacts)]
     return scale_all_by_lp(grasp, tasks, bound, packed.body[5])
+
+
+def holds_zero(packed: Packed) -> bool:
+    """Whether every body has the zero wrench among its atoms, as one that may unload does."""
+    points, starts, centres, axes, balls, _, _ = packed.body
+    nought = np.flatnonzero(~points.any(axis=0))
+    none = np.flatnonzero(~centres.any(axis=0) & ~axes.any(axis=(1, 2)))
+    return all(((nought >= starts[i]) & (nought < starts[i + 1])).any()
+               or ((none >= balls[i]) & (none < balls[i + 1])).any()
+               for i in range(len(starts) - 1))
 
 
 def atoms(packed: Packed) -> np.ndarray:
@@ -102,6 +129,16 @@ def atoms(packed: Packed) -> np.ndarray:
                            centres[:, balls[i]:balls[i + 1]]])
         blocks.append(block if zero else block - block.mean(axis=1, keepdims=True))
     return np.hstack(blocks)
+
+
+def rounded(packed: Packed) -> tuple[np.ndarray, np.ndarray] | None:
+    """A map (6, 6) that makes the set about round and its inner point; None when it is flat."""
+    inner, size = np.empty(6), np.empty(6)
+    spread(packed.body, inner, size, np.empty((6, 6)))
+    if missing_directions(packed, size).shape[0]:
+        return None
+    left, values, _ = np.linalg.svd(atoms(packed) / size[:, None], full_matrices=False)
+    return np.ascontiguousarray((left / values).T / size), inner
 
 
 def missing_directions(packed: Packed, size: np.ndarray) -> np.ndarray:
@@ -118,7 +155,7 @@ def missing_directions(packed: Packed, size: np.ndarray) -> np.ndarray:
 def _into_span(
     packed: Packed, tasks: np.ndarray, inner: np.ndarray, size: np.ndarray, pads: np.ndarray,
     stop: float,
-) -> np.ndarray | TaskScaling:
+) -> np.ndarray | TaskScaling | None:
     """Drop the tasks' round-off outside a flat space, or say that they are outside."""
     unit = np.where(size > 0, size, 1.0)
     normals = pads / unit
@@ -129,7 +166,8 @@ def _into_span(
     zero, count = packed.body[5], packed.contacts
     if not zero:
         lift = normals @ (inner / unit)
-        lifted = np.linalg.norm(lift) > IN_SPAN * max(np.linalg.norm(inner / unit), 1e-300)
+        # An inner point within round-off of the origin must not look lifted off it.
+        lifted = np.linalg.norm(lift) > IN_SPAN * max(np.linalg.norm(inner / unit), 0.1)
         if not lifted:
             lift = np.zeros_like(lift)
         if lifted or off.any():
@@ -143,8 +181,11 @@ def _into_span(
 def _single_scale(
     packed: Packed, tasks: np.ndarray, inner: np.ndarray, pads: np.ndarray,
     unit: np.ndarray, outside: np.ndarray, lift: np.ndarray, stop: float,
-) -> TaskScaling:
-    """A flat set off the origin meets each task's ray in at most one point: test those."""
+) -> TaskScaling | None:
+    """A flat set off the origin meets each task's ray in at most one point: test those.
+
+    None when round-off keeps a test from ending.
+    """
     count, body = packed.contacts, packed.body
     low, high, critical = 0.0, np.inf, 0
     normals = pads / unit
@@ -154,8 +195,8 @@ def _single_scale(
     for j, (task, out) in enumerate(zip(tasks.T, outside.T, strict=True)):
         square = float(out @ out)
         q = float(out @ lift) / square if square > 0 else np.inf
-        if not np.isfinite(q) or np.linalg.norm(q * out - lift) > IN_SPAN * (
-            np.linalg.norm(lift) + 1e-300
+        if not np.isfinite(q) or np.linalg.norm(q * out - lift) > (
+            IN_SPAN * np.linalg.norm(lift) + 2 * ROUND_OFF * np.linalg.norm(inner / unit)
         ):
             return infeasible(count, j, INFEASIBLE.format(j=j))
         if abs(q) * np.abs(task / unit).max() < 10 * stop:
@@ -167,7 +208,10 @@ def _single_scale(
             forces = np.zeros((count, 6))
             status, reached, *_ = reach(np.ascontiguousarray(ray[:, None]), (*body[:6], inner),
                                         pads, stop, packed.owners, packed.ball_owners, forces)
-            if status != SOLVED or reached < 1 - 1e-9 - 10 * stop:
+            slip = 1e-9 + 10 * stop + ROUND_OFF * scale / np.abs(ray).max()
+            if status == CAPPED:
+                return None
+            if status != SOLVED or reached < 1 - slip:
                 return infeasible(count, j, INFEASIBLE.format(j=j))
             forces = centre + (forces - centre) / reached
         low = max(low, q)
