@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import contextlib
+from collections.abc import Callable, Iterator
 
 import mujoco
 import numpy as np
@@ -10,6 +11,8 @@ import numpy as np
 from sdh_sim.hand import torque_limits
 from sdh_sim.log import LogWriter
 from sdh_sim.scene import HAND_GEOM, OBJECT_GEOM, TABLE_GEOM, Scene
+from sdh_sim.sensor import FRAME_RATE, TactileSensor
+from sdh_sim.tactile import taxel_forces
 
 TICK = 0.01  # control period [s]
 MAX_SPEED = 1e3  # a generalised speed beyond this is a diverged simulation [m/s or rad/s]
@@ -29,10 +32,13 @@ class Cell:
         limits: torque limits of the motors (7,) [N m].
         phase: name of what is going on, for the log.
         tick_time: length of a control period [s].
+        sensor: the tactile arrays while they are watched, fed at their frame rate.
     """
 
     def __init__(self, scene: Scene, writer: LogWriter | None = None) -> None:
         self.scene, self.writer = scene, writer
+        self.sensor: TactileSensor | None = None
+        self._next_frame = 0.0
         self.data = mujoco.MjData(scene.model)
         self.steps = max(1, round(TICK / scene.settings.timestep))
         self.tick_time = self.steps * scene.settings.timestep
@@ -45,22 +51,76 @@ class Cell:
         """Simulated time [s]."""
         return float(self.data.time)
 
-    def tick(self) -> None:
+    def tick(self, arm: np.ndarray | None = None) -> None:
         """One control period; peaks and divergence are looked at in every step.
+
+        Args:
+            arm: where the arm's references go meanwhile (6,) [rad], evenly from step to step: in
+                jumps they would shake the hand.
 
         Raises:
             Diverged: a speed or acceleration is not finite, or a speed beyond any meaning.
         """
         model, data, motors = self.scene.model, self.data, self.scene.motors
         speed, acceleration = data.qvel, data.qacc
+        if arm is not None:
+            rise = (arm - data.ctrl[self.scene.arm_motors]) / self.steps
         for _ in range(self.steps):
+            if arm is not None:
+                data.ctrl[self.scene.arm_motors] += rise
             mujoco.mj_step(model, data)
             np.maximum(self.peak, np.abs(data.actuator_force[motors]), out=self.peak)
             # The norm of a vector with NaN is NaN and fails the comparison too.
             if not (speed.dot(speed) < MAX_SPEED**2 and np.isfinite(acceleration.dot(speed))):
                 raise Diverged
+        if self.sensor is not None and data.time >= self._next_frame:
+            self._next_frame += 1.0 / FRAME_RATE
+            self.sensor.frame(taxel_forces(self.scene, data))
         if self.writer is not None:
             self.writer.sample(data, self.phase)
+
+    def save(self) -> np.ndarray:
+        """The full state of the simulation, for ``restore``."""
+        spec = mujoco.mjtState.mjSTATE_INTEGRATION
+        state = np.empty(mujoco.mj_stateSize(self.scene.model, spec))
+        mujoco.mj_getState(self.scene.model, self.data, state, spec)
+        return state
+
+    def state(self) -> dict[str, np.ndarray]:
+        """The state by name, for a look at a simulation that went wrong."""
+        names = ("qpos", "qvel", "qacc", "ctrl", "actuator_force", "time")
+        return {name: np.array(getattr(self.data, name)) for name in names}
+
+    def restore(self, state: np.ndarray) -> None:
+        """Go back to a saved state; the clock runs on, as do the torque peaks."""
+        now = self.data.time
+        spec = mujoco.mjtState.mjSTATE_INTEGRATION
+        mujoco.mj_setState(self.scene.model, self.data, state, spec)
+        self.data.time = now
+        mujoco.mj_forward(self.scene.model, self.data)
+
+    @contextlib.contextmanager
+    def without_table(self) -> Iterator[None]:
+        """The object passes through the table within the block."""
+        model, table = self.scene.model, self.scene.table
+        types = model.geom_contype[table], model.geom_conaffinity[table]
+        model.geom_contype[table] = model.geom_conaffinity[table] = 0
+        try:
+            yield
+        finally:  # the compiled model is shared by all trials of the process
+            model.geom_contype[table], model.geom_conaffinity[table] = types
+
+    @contextlib.contextmanager
+    def friction_scaled(self, factor: float) -> Iterator[None]:
+        """Friction between hand and object is ``factor`` times the object's within the block."""
+        model = self.scene.model
+        touching = np.isin(self.scene.geom_group, (OBJECT_GEOM, HAND_GEOM))
+        before = model.geom_friction[touching, 0].copy()
+        model.geom_friction[touching, 0] = factor * before
+        try:
+            yield
+        finally:
+            model.geom_friction[touching, 0] = before
 
     def wait(self, duration: float) -> None:
         """Let time pass [s] with the references as they are."""
@@ -70,8 +130,7 @@ class Cell:
     def follow(self, path: Callable[[float], np.ndarray], duration: float) -> None:
         """Move the arm's references along ``path(share)``, share 0 to 1, within a duration [s]."""
         for k in range(1, round(duration / self.tick_time) + 1):
-            self.data.ctrl[self.scene.arm_motors] = path(k * self.tick_time / duration)
-            self.tick()
+            self.tick(path(k * self.tick_time / duration))
 
     def touches(self, first: int, second: int) -> bool:
         """Whether geoms of two groups are in contact."""

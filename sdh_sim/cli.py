@@ -23,7 +23,7 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-_SETTINGS = ("object", "trials", "seed", "workers", "rerun", "torque_limit", "sensor", "pads")
+_OPTIONS = ("object", "trials", "seed", "workers", "rerun", "torque_limit")
 
 
 def _version(wanted: bool) -> None:
@@ -74,11 +74,65 @@ def lift(
     ] = None,
     sensor: Annotated[
         str | None,
-        typer.Option(help="dsa: dead zone, clip, 12 bit; ideal: none.", show_default="dsa"),
+        typer.Option(help="dsa: as the real arrays read; ideal: the pressure.", show_default="dsa"),
     ] = None,
     pads: Annotated[
         str | None,
         typer.Option(help="Pads the prediction uses: all or distal.", show_default="all"),
+    ] = None,
+    arm: Annotated[
+        str | None, typer.Option(help="servo, or rigid: nothing moves it.", show_default="servo")
+    ] = None,
+    timestep: Annotated[
+        float | None, typer.Option(help="Simulation step [s].", show_default="0.002")
+    ] = None,
+    pad_modulus: Annotated[
+        float | None, typer.Option(help="Young's modulus of the pads [Pa].", show_default="1e6")
+    ] = None,
+    load_test: Annotated[
+        str | None,
+        typer.Option(
+            help="Load each grasp until it gives way: gravity (column q_sim), or directions "
+            "for forces and moments along the hand's axes too.",
+            show_default="none",
+        ),
+    ] = None,
+    disturbance: Annotated[
+        str | None,
+        typer.Option(
+            help="After the lift turn the wrist 120 degrees either way, or shake the hand.",
+            show_default="none",
+        ),
+    ] = None,
+    repeats: Annotated[
+        int | None,
+        typer.Option(
+            help="Perturbed copies of each trial, for a probability of success.", show_default="0"
+        ),
+    ] = None,
+    repeat_position: Annotated[
+        float | None, typer.Option(help="Their position noise [m].", show_default="0.002")
+    ] = None,
+    repeat_angle: Annotated[
+        float | None, typer.Option(help="Their roll noise [rad].", show_default="0.02")
+    ] = None,
+    repeat_friction: Annotated[
+        float | None, typer.Option(help="Their relative friction noise.", show_default="0.05")
+    ] = None,
+    position_error: Annotated[
+        float | None,
+        typer.Option(help="Error of the object's tracked position [m].", show_default="0"),
+    ] = None,
+    angle_error: Annotated[
+        float | None,
+        typer.Option(help="Error of its tracked rotation [rad].", show_default="0"),
+    ] = None,
+    friction_error: Annotated[
+        float | None,
+        typer.Option(help="Relative error of the friction assumed.", show_default="0"),
+    ] = None,
+    mass_error: Annotated[
+        float | None, typer.Option(help="Relative error of the mass assumed.", show_default="0")
     ] = None,
     rerun: Annotated[
         str | None,
@@ -103,7 +157,24 @@ def lift(
     """
     from sdh_sim import cli_lift
 
-    asked = {"torque_limit": torque_limit, "sensor": sensor, "pads": pads}
+    asked = {
+        "torque_limit": torque_limit,
+        "sensor": sensor,
+        "pads": pads,
+        "arm": arm,
+        "timestep": timestep,
+        "pad_modulus": pad_modulus,
+        "load_test": load_test,
+        "disturbance": disturbance,
+        "repeats": repeats,
+        "repeat_position": repeat_position,
+        "repeat_angle": repeat_angle,
+        "repeat_friction": repeat_friction,
+        "position_error": position_error,
+        "angle_error": angle_error,
+        "friction_error": friction_error,
+        "mass_error": mass_error,
+    }
     cli_lift.lift(
         out,
         cli_lift.Asked(
@@ -213,7 +284,7 @@ def _explain(error: Exception) -> int:
     from sdh_sim.campaign import CampaignError
     from sdh_sim.records import RecordError
     from sdh_sim.run_folder import RunError
-    from sdh_sim.settings import SettingsError
+    from sdh_sim.settings import CHOICES, RANGES, SettingsError
 
     if isinstance(error, CampaignError):
         if error.details and os.environ.get("SDH_SIM_TRACEBACK"):
@@ -221,7 +292,7 @@ def _explain(error: Exception) -> int:
         return _say(str(error), error.status)
     if isinstance(error, SettingsError):
         name, colon, rest = str(error).partition(":")
-        option = "--" + name.replace("_", "-") if name in _SETTINGS else name
+        option = "--" + name.replace("_", "-") if name in (*_OPTIONS, *CHOICES, *RANGES) else name
         return _say(option + colon + rest, 2)
     if isinstance(error, (RunError, RecordError)):
         return _say(str(error), 2)

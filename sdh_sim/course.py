@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -19,18 +19,26 @@ from sdh_sim.scene import ARM_GEOM, HAND_GEOM, Scene
 LIFT_HEIGHT = 0.15  # [m]
 OPENINGS = (0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.0)  # closing ratios tried for the approach
 MAX_DRAWS = 500
+UNREACHABLE, COLLIDING = "unreachable", "colliding"
 
 
 @dataclass(frozen=True)
 class Course:
-    """A feasible plan: joint paths of the arm and the opening of the hand."""
+    """A feasible plan.
+
+    Attributes:
+        plan: the grasp.
+        approach, lift: joint paths of the arm (n, 6) [rad].
+        opening: closing ratio of the preshape during the approach.
+        unreachable, colliding: plans drawn before that the arm cannot reach or that collide.
+    """
 
     plan: GraspPlan
     approach: np.ndarray
     lift: np.ndarray
     opening: float
-    unreachable: int
-    colliding: int
+    unreachable: int = 0
+    colliding: int = 0
 
 
 @lru_cache(maxsize=1)
@@ -41,27 +49,31 @@ def arm_kinematics() -> ArmKinematics:
 
 def find_course(scene: Scene, thing: ObjectInfo, rng: np.random.Generator) -> Course:
     """Draw grasps until one is within reach and free of collisions."""
-    arm = arm_kinematics()
-    data = mujoco.MjData(scene.model)
     unreachable = colliding = 0
     for _ in range(MAX_DRAWS):
-        plan = sample_grasp(thing, rng)
-        rotation, position = plan.palm_rotation(), plan.palm_position()
-        final = arm.reach(position, rotation)
-        back = None if final is None else arm.straight(final, -STANDOFF * rotation[:, 2])
-        if final is None or back is None:
-            unreachable += 1
-            continue
-        opening = free_opening(scene, data, thing, plan, back)
-        if opening is None:
-            colliding += 1
-            continue
-        lift = arm.straight(final, np.array([0.0, 0.0, LIFT_HEIGHT]))
-        if lift is None:
-            unreachable += 1
-            continue
-        return Course(plan, back[::-1], lift, opening, unreachable, colliding)
+        found = plan_course(scene, thing, sample_grasp(thing, rng))
+        if isinstance(found, Course):
+            return replace(found, unreachable=unreachable, colliding=colliding)
+        unreachable += found == UNREACHABLE
+        colliding += found == COLLIDING
     raise RuntimeError(f"no feasible grasp of {thing.name} in {MAX_DRAWS} draws")
+
+
+def plan_course(scene: Scene, thing: ObjectInfo, plan: GraspPlan) -> Course | str:
+    """The course of a plan, or why there is none: ``UNREACHABLE`` or ``COLLIDING``."""
+    arm = arm_kinematics()
+    rotation, position = plan.palm_rotation(), plan.palm_position()
+    final = arm.reach(position, rotation)
+    back = None if final is None else arm.straight(final, -STANDOFF * rotation[:, 2])
+    if final is None or back is None:
+        return UNREACHABLE
+    opening = free_opening(scene, mujoco.MjData(scene.model), thing, plan, back)
+    if opening is None:
+        return COLLIDING
+    lift = arm.straight(final, np.array([0.0, 0.0, LIFT_HEIGHT]))
+    if lift is None:
+        return UNREACHABLE
+    return Course(plan, back[::-1], lift, opening)
 
 
 def free_opening(

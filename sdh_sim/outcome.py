@@ -9,6 +9,7 @@ import numpy as np
 
 MAX_DISPLACEMENT_MM = 10.0
 MAX_ROTATION_DEG = 10.0
+GONE_MM = 80.0  # an object this far from its place in the hand has left it; no need to go on
 
 
 def motion(before: np.ndarray, now: np.ndarray, com: np.ndarray) -> tuple[float, float]:
@@ -24,6 +25,14 @@ def motion(before: np.ndarray, now: np.ndarray, com: np.ndarray) -> tuple[float,
     shift = _apply(now, com) - _apply(before, com)
     cosine = min(1.0, abs(float(np.dot(before[3:], now[3:]))))
     return 1e3 * float(np.linalg.norm(shift)), math.degrees(2.0 * math.acos(cosine))
+
+
+def gave_way(
+    before: np.ndarray, now: np.ndarray, com: np.ndarray, limit_mm: float, limit_deg: float
+) -> bool:
+    """Whether the motion between two poses, as in ``motion``, exceeds either limit."""
+    moved, turned = motion(before, now, com)
+    return moved > limit_mm or turned > limit_deg
 
 
 def classify(touched: bool, on_table: bool, displacement_mm: float, rotation_deg: float) -> str:

@@ -5,7 +5,7 @@ Everything is expressed in a frame with the object's axes and its origin at the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -14,6 +14,7 @@ import graspq as gq
 from sdh_sim import sdh2_constants as c
 from sdh_sim.hand import HandKinematics, live_mask, taxel_centres, torque_limits
 from sdh_sim.objects import ObjectInfo
+from sdh_sim.settings import TrialSettings
 from sdh_sim.tactile import TactileSnapshot
 
 TASK_RADIUS = 0.02 / 3  # [m]
@@ -71,6 +72,37 @@ def perceive(
         contacts=pad_contacts(snapshot, thing, torque_limit, pads, kinematics),
         task=gravity_task(snapshot, thing),
     )
+
+
+def misperceive(
+    snapshot: TactileSnapshot,
+    thing: ObjectInfo,
+    settings: TrialSettings,
+    rng: np.random.Generator,
+) -> tuple[TactileSnapshot, ObjectInfo]:
+    """The snapshot with the tracker's pose error, the object as misestimated (both may be exact).
+
+    Args:
+        snapshot: what the hand sensed, with the true pose.
+        thing: the true object.
+        settings: standard deviations of the errors.
+        rng: always drawn from in the same way, so that one error does not change another.
+    """
+    shift, turn = rng.standard_normal(3), rng.standard_normal(3)
+    friction, mass = rng.standard_normal(2)
+    pose = snapshot.object_pose_hand.copy()
+    pose[:3] += settings.position_error * shift
+    # The tracker turns the object about its centre of mass: an error of rotation alone leaves
+    # that in place.
+    centre = _matrix(pose[3:]) @ thing.com_m
+    mujoco.mju_quatIntegrate(pose[3:], settings.angle_error * turn, 1.0)
+    pose[:3] += centre - _matrix(pose[3:]) @ thing.com_m
+    known = replace(
+        thing,
+        friction=thing.friction * max(0.05, 1.0 + settings.friction_error * friction),
+        mass_kg=thing.mass_kg * max(0.05, 1.0 + settings.mass_error * mass),
+    )
+    return replace(snapshot, object_pose_hand=pose), known
 
 
 def pad_contacts(

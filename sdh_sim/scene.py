@@ -22,6 +22,7 @@ PAD_IMPEDANCE = 0.95
 PAD_DAMPING_RATIO = 1.0
 # Time constant of contacts away from the pads: hard, but resolved by the time step.
 HARD_SOLREF = (0.01, 1.0)
+RIGID = 100.0  # factor on the arm's stiffness where it is to be rigid
 
 
 @dataclass(frozen=True)
@@ -104,7 +105,24 @@ def build_scene(settings: TrialSettings) -> Scene:
     limits = torque_limits(settings.torque_limit)
     for name, limit in zip(MOTOR_NAMES, limits, strict=True):
         spec.actuator(HAND + name).forcerange = [-limit, limit]
+    if settings.arm == "rigid":
+        _stiffen(spec)
     return _index(spec.compile(), settings)
+
+
+def _stiffen(spec: mujoco.MjSpec) -> None:
+    """Make the arm's servos RIGID times as stiff, without a force limit.
+
+    Inertia and damping grow with the stiffness: the arm then follows its references as before,
+    but nothing that the hand meets can move it.
+    """
+    for name in ARM_JOINTS:
+        joint, motor = spec.joint(ARM + name), spec.actuator(ARM + name)
+        joint.armature *= RIGID
+        motor.gainprm[0] *= RIGID
+        motor.biasprm[1] *= RIGID
+        motor.biasprm[2] *= RIGID
+        motor.forcelimited = mujoco.mjtLimited.mjLIMITED_FALSE
 
 
 def _index(model: mujoco.MjModel, settings: TrialSettings) -> Scene:

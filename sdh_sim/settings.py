@@ -17,10 +17,34 @@ PAPER_TORQUE_LIMIT = (
 
 SENSORS = ("dsa", "ideal")
 PADS = ("all", "distal")
+LOAD_TESTS = ("none", "gravity", "directions")
+DISTURBANCES = ("none", "turn", "shake")
+ARMS = ("servo", "rigid")
 
 
 class SettingsError(ValueError):
     """A setting that cannot be used; the message names it, what came and what would do."""
+
+CHOICES = {
+    "sensor": SENSORS,
+    "pads": PADS,
+    "arm": ARMS,
+    "load_test": LOAD_TESTS,
+    "disturbance": DISTURBANCES,
+}
+RANGES = {
+    "timestep": (1e-4, 5e-3, "s"),
+    "pad_modulus": (5e4, 5e7, "Pa"),
+    "pad_thickness": (5e-4, 2e-2, "m"),
+    "repeats": (0, 1000, ""),
+    "repeat_position": (0.0, 0.1, "m"),
+    "repeat_angle": (0.0, 1.0, "rad"),
+    "repeat_friction": (0.0, 0.5, ""),
+    "position_error": (0.0, 0.1, "m"),
+    "angle_error": (0.0, 1.0, "rad"),
+    "friction_error": (0.0, 0.5, ""),
+    "mass_error": (0.0, 0.5, ""),
+}
 
 
 @dataclass(frozen=True)
@@ -30,11 +54,23 @@ class TrialSettings:
     Attributes:
         object: name of an object model (``sdh-sim objects`` lists them).
         torque_limit: motor torque limits [N m]: (spread and proximal joints, distal joints).
-        sensor: ``dsa`` reads pressures through dead zone, clip and 12 bit; ``ideal`` does not.
+        sensor: ``dsa`` reads as the real arrays do, ``ideal`` the pressure itself.
         pads: pads whose readings the prediction uses: ``all`` six or the ``distal`` three.
         timestep: simulation step [s].
         pad_modulus: Young's modulus of the pad rubber [Pa].
         pad_thickness: thickness of the pad rubber [m].
+        arm: ``servo`` for the arm's own joint servos, ``rigid`` for a hundred times their
+            stiffness.
+        load_test: after the verdict scale the weight until the object gives way (``gravity``);
+            ``directions`` tries forces and moments along the hand's axes too.
+        disturbance: after the hold ``turn`` the wrist by 120 degrees either way, or ``shake`` it.
+        repeats: perturbed copies of the trial that give a probability of success.
+        repeat_position, repeat_angle, repeat_friction: standard deviations of the copies' hand
+            position along each axis [m], roll [rad], and friction (relative).
+        position_error, angle_error: standard deviations of the tracked object's position along
+            each axis [m] and of its rotation about each axis [rad], as the metrics see it.
+        friction_error, mass_error: relative standard deviations of the friction and the mass that
+            the metrics assume.
 
     Raises:
         SettingsError: a value out of range.
@@ -47,6 +83,17 @@ class TrialSettings:
     timestep: float = 0.002
     pad_modulus: float = 1.0e6
     pad_thickness: float = 3.0e-3
+    arm: str = "servo"
+    load_test: str = "none"
+    disturbance: str = "none"
+    repeats: int = 0
+    repeat_position: float = 0.002
+    repeat_angle: float = 0.02
+    repeat_friction: float = 0.05
+    position_error: float = 0.0
+    angle_error: float = 0.0
+    friction_error: float = 0.0
+    mass_error: float = 0.0
 
     def __post_init__(self) -> None:
         try:
@@ -60,11 +107,12 @@ class TrialSettings:
                 f"(the paper's: {PAPER_TORQUE_LIMIT[0]} {PAPER_TORQUE_LIMIT[1]})"
             )
         object.__setattr__(self, "torque_limit", limit)
-        _choice("sensor", self.sensor, SENSORS)
-        _choice("pads", self.pads, PADS)
-        _range("timestep", self.timestep, 1e-4, 5e-3, "s")
-        _range("pad_modulus", self.pad_modulus, 5e4, 5e7, "Pa")
-        _range("pad_thickness", self.pad_thickness, 5e-4, 2e-2, "m")
+        for name, choices in CHOICES.items():
+            _choice(name, getattr(self, name), choices)
+        for name, (low, high, unit) in RANGES.items():
+            _range(name, getattr(self, name), low, high, unit)
+        if isinstance(self.repeats, bool) or not isinstance(self.repeats, int):
+            raise SettingsError(f"repeats: got {self.repeats!r}; give a whole number, 0 to 1000")
 
     def to_dict(self) -> dict[str, Any]:
         """The settings as plain JSON values."""
@@ -97,4 +145,5 @@ def _choice(name: str, value: object, choices: tuple[str, ...]) -> None:
 
 def _range(name: str, value: object, low: float, high: float, unit: str) -> None:
     if not isinstance(value, (int, float)) or not (low <= value <= high):
-        raise SettingsError(f"{name}: got {value!r}; allowed is {low:g} to {high:g} {unit}")
+        allowed = f"{low:g} to {high:g} {unit}".rstrip()
+        raise SettingsError(f"{name}: got {value!r}; allowed is {allowed}")

@@ -1,4 +1,4 @@
-"""From MuJoCo's contact forces to tactile arrays, and through the sensor to readings."""
+"""From MuJoCo's contact forces to tactile arrays; what a snapshot of the hand holds."""
 
 from __future__ import annotations
 
@@ -9,34 +9,6 @@ import numpy as np
 
 from sdh_sim import sdh2_constants as c
 from sdh_sim.scene import PAD_OFFSETS, TACTILE_SIZE, Scene
-
-CELL_AREA = c.TAXEL_PITCH**2  # [m^2]
-
-
-@dataclass(frozen=True)
-class SensorModel:
-    """Reading of one cell: counts above a dead zone, clipped, 12 bit.
-
-    From published dead-weight tests of a distal pad (sum of counts 4513 per newton less 3953 under
-    a stamp of 10.5 mm side, cells clipped near 3500 of 4095).
-
-    Attributes:
-        gain: counts per kPa above the dead zone.
-        dead_zone: pressure below which a cell reads nothing [kPa].
-        clip: greatest reading [counts].
-    """
-
-    gain: float = 52.0
-    dead_zone: float = 8.0
-    clip: int = 3500
-
-    def read(self, pressure: np.ndarray) -> np.ndarray:
-        """Readings [kPa above the dead zone] for pressures [kPa], any shape.
-
-        The reading is counts over gain, as a user of the real array has it: the dead zone is lost.
-        """
-        counts = np.floor(np.clip((pressure - self.dead_zone) * self.gain, 0.0, self.clip))
-        return counts / self.gain
 
 
 def taxel_forces(scene: Scene, data: mujoco.MjData) -> np.ndarray:
@@ -63,17 +35,6 @@ def arrays(flat: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         flat[:middle].reshape(3, c.TAXEL_ROWS["proximal"], c.TAXEL_COLUMNS),
         flat[middle:].reshape(3, c.TAXEL_ROWS["distal"], c.TAXEL_COLUMNS),
     )
-
-
-def readings(flat: np.ndarray, sensor: str) -> np.ndarray:
-    """Tactile readings (486,) [kPa] of taxel forces (486,) [N].
-
-    Args:
-        flat: normal force per taxel [N].
-        sensor: ``ideal`` gives the pressure itself, ``dsa`` what the real array would read.
-    """
-    pressure = flat / CELL_AREA * 1e-3
-    return SensorModel().read(pressure) if sensor == "dsa" else pressure
 
 
 @dataclass(frozen=True)

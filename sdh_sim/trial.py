@@ -1,4 +1,4 @@
-"""One trial: place, approach, close, squeeze, snapshot, lift, hold, verdict."""
+"""One trial: grasp, snapshot, prediction, lift, verdict, and the tests after it."""
 
 from __future__ import annotations
 
@@ -10,31 +10,43 @@ from typing import Any
 
 import numpy as np
 
-from sdh_sim import outcome
+from sdh_sim import load_test, outcome
 from sdh_sim.acquire import acquire
-from sdh_sim.arm import along
 from sdh_sim.cell import Cell, Diverged
-from sdh_sim.course import Course, arm_kinematics, find_course, plan_columns
+from sdh_sim.course import Course, find_course, plan_columns
+from sdh_sim.disturbance import disturb
 from sdh_sim.hand import HandKinematics
+from sdh_sim.lifting import lift
 from sdh_sim.log import LogWriter, TrialLog
 from sdh_sim.objects import ObjectInfo, object_info
+from sdh_sim.perception import misperceive
 from sdh_sim.prediction import Prediction, predict
+from sdh_sim.repeats import repeat_trial
 from sdh_sim.scene import Scene, build_scene
+from sdh_sim.sensor import PRESETS, TactileSensor
 from sdh_sim.settings import TrialSettings
-from sdh_sim.tactile import TactileSnapshot, arrays, readings, taxel_forces
+from sdh_sim.tactile import TactileSnapshot, arrays, taxel_forces
 
-LIFT_TIME, HOLD_TIME = 1.5, 2.0  # [s]
-GONE_MM = 80.0  # an object this far from its place in the hand has left it; no need to go on
+# Random streams of a trial beside the plan's own, so that an option changes nothing else.
+_SENSOR, _PERCEPTION, _REPEATS = 1, 2, 3
 
 
 @dataclass(frozen=True)
 class TrialResult:
-    """What a trial leaves: its row of the table, and the log if one was asked for."""
+    """What a trial leaves.
+
+    Attributes:
+        row: its row of the table.
+        log: its time series, if one was asked for.
+        sim_seconds, wall_seconds: simulated and real time [s].
+        diverged: state after the step in which the simulation diverged, by name; else None.
+    """
 
     row: dict[str, Any]
     log: TrialLog | None
     sim_seconds: float
     wall_seconds: float
+    diverged: dict[str, np.ndarray] | None = None
 
 
 @lru_cache(maxsize=8)
@@ -62,58 +74,129 @@ def run_trial(settings: TrialSettings, seed: int, log: bool = False) -> TrialRes
     scene, thing = _scene(settings), object_info(settings.object)
     course = find_course(scene, thing, np.random.default_rng(seed))
     writer = LogWriter(scene) if log else None
-    cell = Cell(scene, writer)
-    row = {"object": settings.object, "seed": seed, **plan_columns(course)}
-    prediction = _execute(cell, thing, course, row)
-    record = writer.finish(row, prediction) if writer is not None else None
-    return TrialResult(row, record, cell.time, time.perf_counter() - begin)
+    run = _Run(Cell(scene, writer), thing, course, seed)
+    row = {"object": settings.object, "seed": seed, **plan_columns(course), **run.execute()}
+    if settings.repeats:
+        share = repeat_trial(scene, thing, course, np.random.default_rng((seed, _REPEATS)))
+        low, high = share.interval or (math.nan, math.nan)
+        row |= {"repeats": share.n, "success_probability": share.value}
+        row |= {"success_low": low, "success_high": high}
+    record = writer.finish(row, run.prediction) if writer is not None else None
+    seconds = time.perf_counter() - begin
+    return TrialResult(row, record, run.cell.time, seconds, run.diverged)
 
 
-def _execute(
-    cell: Cell, thing: ObjectInfo, course: Course, row: dict[str, Any]
-) -> Prediction | None:
-    """Run to the verdict and fill the row; the prediction is None when it never came to one."""
-    settings = cell.scene.settings
-    prediction = None
-    failure, moved, turned = "unstable_simulation", math.nan, math.nan
-    try:
-        acquire(cell, thing, course)
+class _Run:
+    """One simulation from the table to the verdict and the tests after it."""
+
+    def __init__(self, cell: Cell, thing: ObjectInfo, course: Course, seed: int) -> None:
+        self.cell, self.thing, self.course, self.seed = cell, thing, course, seed
+        self.settings = cell.scene.settings
+        self.prediction: Prediction | None = None
+        self.diverged: dict[str, np.ndarray] | None = None
+        self.row: dict[str, Any] = {
+            "mass_kg": thing.mass_kg,
+            "friction": thing.friction,
+            "torque_limit_nm": cell.limits,
+            "failure": "unstable_simulation",
+        }
+
+    def execute(self) -> dict[str, Any]:
+        """Run it all; columns of what did not happen are missing."""
+        try:
+            self._to_verdict()
+        except Diverged:
+            self.diverged = self.cell.state()
+            self.row["failure"] = "unstable_simulation"
+            self.row["displacement_mm"] = self.row["rotation_deg"] = math.nan
+        self.row |= {
+            "success": self.row["failure"] == "none",
+            "peak_torque_nm": self.cell.peak,
+            "sim_seconds": self.cell.time,
+        }
+        return self.row
+
+    def _to_verdict(self) -> None:
+        cell, thing, row = self.cell, self.thing, self.row
+        cell.sensor = TactileSensor(PRESETS[self.settings.sensor], self._rng(_SENSOR))
+        acquire(cell, thing, self.course)
+        snapshot = self._snapshot()
+        cell.sensor = None
+        grasped = cell.save()
+        if not row["sensed_force_n"] and not row["unsensed_force_n"]:
+            row["failure"] = "no_contact"
+            if self.settings.load_test != "none":
+                row |= {"q_sim": 0.0, "q_sim_capped": False}
+            return
+        moved, turned, fell = lift(cell, thing, self.course, snapshot.object_pose_hand)
+        row |= {"displacement_mm": moved, "rotation_deg": turned}
+        failure = outcome.classify(True, fell, moved, turned)
+        if failure == "none":
+            self._after_lift(cell.save())
+        elif self.settings.load_test != "none":
+            cell.restore(grasped)
+            self._gravity_load(0.0)
+        # Last, since a diverged test after it would leave the verdict in doubt.
+        row["failure"] = failure
+
+    def _after_lift(self, lifted: np.ndarray) -> None:
+        cell, thing, row = self.cell, self.thing, self.row
+        if self.settings.disturbance != "none":
+            moved, turned, fell = disturb(cell, thing, self.settings.disturbance)
+            row |= {
+                "disturbance_failure": outcome.classify(True, fell, moved, turned),
+                "disturbance_displacement_mm": moved,
+                "disturbance_rotation_deg": turned,
+            }
+            cell.restore(lifted)
+        if self.settings.load_test == "directions":
+            row["load_at_failure"] = load_test.direction_loads(cell, thing)
+        if self.settings.load_test != "none":
+            self._gravity_load(1.0)
+
+    def _gravity_load(self, start: float) -> None:
+        result = load_test.gravity_factor(self.cell, self.thing, start)
+        self.row |= {"q_sim": result.load, "q_sim_capped": result.capped}
+
+    def _snapshot(self) -> TactileSnapshot:
+        cell, row = self.cell, self.row
         snapshot = take_snapshot(cell)
         sensed, unsensed = cell.hand_touch()
-        row |= _snapshot_columns(snapshot)
         row |= {
+            "tactile_proximal": snapshot.proximal,
+            "tactile_distal": snapshot.distal,
+            "joint_angles_rad": snapshot.joint_angles,
+            "motor_torque_nm": snapshot.motor_torques,
+            "object_pose_hand": snapshot.object_pose_hand,
+            "hand_pose_world": snapshot.hand_pose_world,
             "sensed_force_n": sensed,
             "unsensed_force_n": unsensed,
             "unsensed_contact": unsensed > 0.0,
         }
-        prediction = predict(snapshot, thing, settings.torque_limit, settings.pads, _hand())
-        row |= prediction.values
-        row |= {"q_reason": prediction.reason, "contacts": len(prediction.contacts)}
-        if sensed > 0.0 or unsensed > 0.0:
-            moved, turned, fell = lift(cell, thing, course, snapshot.object_pose_hand)
-            failure = outcome.classify(True, fell, moved, turned)
-        else:
-            failure = "no_contact"
-    except Diverged:
-        moved = turned = math.nan
-    row |= {
-        "mass_kg": thing.mass_kg,
-        "friction": thing.friction,
-        "torque_limit_nm": cell.limits,
-        "success": failure == "none",
-        "failure": failure,
-        "displacement_mm": moved,
-        "rotation_deg": turned,
-        "peak_torque_nm": cell.peak,
-        "sim_seconds": cell.time,
-    }
-    return prediction
+        seen, known = misperceive(snapshot, self.thing, self.settings, self._rng(_PERCEPTION))
+        row |= {
+            "perceived_pose_hand": seen.object_pose_hand,
+            "perceived_mass_kg": known.mass_kg,
+            "perceived_friction": known.friction,
+        }
+        settings = self.settings
+        self.prediction = predict(seen, known, settings.torque_limit, settings.pads, _hand())
+        row |= self.prediction.values
+        row |= {"q_reason": self.prediction.reason, "contacts": len(self.prediction.contacts)}
+        return snapshot
+
+    def _rng(self, stream: int) -> np.random.Generator:
+        return np.random.default_rng((self.seed, stream))
 
 
 def take_snapshot(cell: Cell) -> TactileSnapshot:
-    """What the hand senses now."""
+    """What the hand senses now; a cell without sensor is read by an ideal one."""
     data, scene = cell.data, cell.scene
-    proximal, distal = arrays(readings(taxel_forces(scene, data), scene.settings.sensor))
+    sensor = cell.sensor
+    if sensor is None:
+        sensor = TactileSensor(None, np.random.default_rng(0))
+        sensor.frame(taxel_forces(scene, data))
+    proximal, distal = arrays(sensor.read())
     return TactileSnapshot(
         proximal=proximal,
         distal=distal,
@@ -122,45 +205,3 @@ def take_snapshot(cell: Cell) -> TactileSnapshot:
         object_pose_hand=cell.object_in_hand(),
         hand_pose_world=np.concatenate((data.xpos[scene.palm], data.xquat[scene.palm])),
     )
-
-
-def _snapshot_columns(snapshot: TactileSnapshot) -> dict[str, Any]:
-    return {
-        "tactile_proximal": snapshot.proximal,
-        "tactile_distal": snapshot.distal,
-        "joint_angles_rad": snapshot.joint_angles,
-        "motor_torque_nm": snapshot.motor_torques,
-        "object_pose_hand": snapshot.object_pose_hand,
-        "hand_pose_world": snapshot.hand_pose_world,
-    }
-
-
-def lift(
-    cell: Cell, thing: ObjectInfo, course: Course, before: np.ndarray
-) -> tuple[float, float, bool]:
-    """Lift and hold.
-
-    Args:
-        cell: at the snapshot.
-        thing: the object.
-        course: with the arm's path.
-        before: pose of the object in the hand at the snapshot (7,).
-
-    Returns:
-        greatest displacement [mm] and rotation [deg] of the object in the hand, whether it fell.
-
-    Raises:
-        Diverged: the simulation did.
-    """
-    duration = arm_kinematics().duration(course.lift, LIFT_TIME)
-    moved = turned = 0.0
-    for k in range(1, round((duration + HOLD_TIME) / cell.tick_time) + 1):
-        share = k * cell.tick_time / duration
-        cell.phase = "lift" if share <= 1.0 else "hold"
-        cell.data.ctrl[cell.scene.arm_motors] = along(course.lift, share)
-        cell.tick()
-        step = outcome.motion(before, cell.object_in_hand(), thing.com_m)
-        moved, turned = max(moved, step[0]), max(turned, step[1])
-        if moved > GONE_MM:
-            return moved, turned, True
-    return moved, turned, cell.on_table()
