@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import contextlib
 import os
+from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 
-def write_atomic(path: Path, data: bytes) -> None:
-    """Replace the file's content in one step, on the disk before this returns.
+@contextlib.contextmanager
+def atomic_file(path: Path) -> Iterator[BinaryIO]:
+    """A file to write that takes the place of ``path`` in one step when the block ends.
+
+    It is on the disk before this returns. Where the block raises, the file that was there stays as
+    it was; a kill leaves at most ``path`` plus ``.tmp`` beside it.
 
     Raises:
         OSError: the disk refused; the file that was there stays as it was.
@@ -16,11 +22,11 @@ def write_atomic(path: Path, data: bytes) -> None:
     temporary = path.with_name(path.name + ".tmp")
     try:
         with open(temporary, "wb") as file:
-            file.write(data)
+            yield file
             file.flush()
             os.fsync(file.fileno())
         os.replace(temporary, path)
-    except OSError:
+    except BaseException:
         with contextlib.suppress(OSError):
             temporary.unlink()
         raise
@@ -30,3 +36,13 @@ def write_atomic(path: Path, data: bytes) -> None:
             os.fsync(folder)
         finally:
             os.close(folder)
+
+
+def write_atomic(path: Path, data: bytes) -> None:
+    """Replace the file's content in one step, on the disk before this returns.
+
+    Raises:
+        OSError: the disk refused; the file that was there stays as it was.
+    """
+    with atomic_file(path) as file:
+        file.write(data)

@@ -6,7 +6,6 @@ pandas, polars and DuckDB open the file as it is; ``stack`` gives them back as o
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,13 +15,17 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from sdh_sim.atomic import write_atomic
+from sdh_sim.atomic import atomic_file
 
 Row = dict[str, Any]
 
-FAILURES = ("none", "no_contact", "dropped", "slipped", "rotated", "unstable_simulation")
+FAILURES = ("none", "no_contact", "dropped", "slipped", "rotated", "unstable_simulation", "error")
+"""How a trial ended. ``none`` is a success. ``unstable_simulation`` (the simulation diverged) and
+``error`` (the trial raised, or its process died, twice) tell nothing about the grasp: comparisons
+leave both out and count them. An ``error`` row has no values but trial, object and seed."""
 TACTILE_UNIT = "kPa"
 FORMAT = "sdh-sim trials 1"
+ROW_GROUP = 1024  # rows; about 3 MB in memory, so that a table of any size can be streamed
 
 
 class RecordError(ValueError):
@@ -222,7 +225,12 @@ def _value(column: Column, value: Any) -> Any:
 
 def to_table(rows: Iterable[Mapping[str, Any]]) -> pa.Table:
     """Rows, in any order, as an arrow table sorted by trial number."""
-    full = sorted((normalise(row) for row in rows), key=lambda row: row["trial"])
+    return table_of([normalise(row) for row in rows])
+
+
+def table_of(full: Iterable[Row]) -> pa.Table:
+    """As ``to_table`` for rows that ``normalise`` gave, which it does not check again."""
+    full = sorted(full, key=lambda row: row["trial"])
     return pa.Table.from_arrays(
         [_array(c, [row[c.name] for row in full]) for c in COLUMNS], schema=SCHEMA
     )
@@ -247,9 +255,26 @@ def write_rows(rows: Iterable[Mapping[str, Any]], path: Path) -> None:
     Raises:
         OSError: the disk refused; the file that was there stays as it was.
     """
-    buffer = io.BytesIO()
-    pq.write_table(to_table(rows), buffer, compression="zstd", write_page_checksum=True)
-    write_atomic(path, buffer.getvalue())
+    table = to_table(rows)
+    starts = range(0, table.num_rows, ROW_GROUP)
+    write_groups((table.slice(start, ROW_GROUP) for start in starts), path)
+
+
+def write_groups(groups: Iterable[pa.Table], path: Path) -> None:
+    """Write a table that comes in pieces of ``ROW_GROUP`` rows (the last may be shorter).
+
+    The file's bytes are those that ``write_rows`` gives for the same rows; one piece at a time is
+    in memory.
+
+    Raises:
+        OSError: the disk refused; the file that was there stays as it was.
+    """
+    with (
+        atomic_file(path) as file,
+        pq.ParquetWriter(file, SCHEMA, compression="zstd", write_page_checksum=True) as writer,
+    ):
+        for group in groups:
+            writer.write_table(group.combine_chunks(), row_group_size=ROW_GROUP)
 
 
 def read_table(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
