@@ -17,7 +17,10 @@ from sdh_sim.cell import Cell
 from sdh_sim.objects import ObjectInfo
 from sdh_sim.perception import GRAVITY
 
-GIVE_MM, GIVE_DEG = 2.0, 2.0  # motion in the hand since the start of a ramp that is failure
+# Motion in the hand since the start of a ramp that counts as giving way [mm, deg]. A grasp that
+# takes its load over from the table settles first, and is judged as in the lift.
+HELD_LIMITS = (2.0, 2.0)
+TAKEN_LIMITS = (outcome.MAX_DISPLACEMENT_MM, outcome.MAX_ROTATION_DEG)
 COARSE, FINE = 0.5, 0.06  # growth of the load per second, as a share of it (of the weight below 1)
 STEP_BACK = 0.85  # the fine ramp starts where the load was this share of the coarse result
 SETTLE = 0.3  # [s] for the hand to find its balance without table or weight
@@ -70,9 +73,9 @@ def gravity_factor(cell: Cell, thing: ObjectInfo, start: float, speed: float = 1
         _apply(cell, thing, "down", 0.0 - 1.0)
         before = cell.object_in_hand()
         cell.wait(SETTLE)
-        if outcome.gave_way(before, cell.object_in_hand(), thing.com_m, GIVE_MM, GIVE_DEG):
+        if outcome.gave_way(before, cell.object_in_hand(), thing.com_m, *TAKEN_LIMITS):
             return Failure(0.0, False)
-        return _two_ramps(cell, thing, "down", 0.0, 1.0, speed)
+        return _two_ramps(cell, thing, "down", 0.0, 1.0, speed, before)
 
 
 def direction_loads(cell: Cell, thing: ObjectInfo, speed: float = 1.0) -> np.ndarray:
@@ -99,8 +102,9 @@ def direction_loads(cell: Cell, thing: ObjectInfo, speed: float = 1.0) -> np.nda
 
 
 def _two_ramps(
-    cell: Cell, thing: ObjectInfo, name: str, start: float, carried: float, speed: float
-) -> Failure:
+    cell: Cell, thing: ObjectInfo, name: str, start: float, carried: float, speed: float,
+    taken: np.ndarray | None = None,
+) -> Failure:  # fmt: skip
     """A quick ramp finds where to look, a slow one from shortly before it finds the load.
 
     Args:
@@ -108,27 +112,31 @@ def _two_ramps(
         start: load at the beginning.
         carried: of the load applied, what gravity does itself.
         speed: factor on both rates.
+        taken: pose at which the object stood when the hand began to take its weight over.
     """
-    reference, state = cell.object_in_hand(), cell.save()
-    marks = [(start, state)]
-    coarse = _ramp(cell, thing, name, start, carried, COARSE * speed, reference, marks)
+    reference, limits = (
+        (cell.object_in_hand(), HELD_LIMITS) if taken is None else (taken, TAKEN_LIMITS)
+    )
+    marks = [(start, cell.save())]
+    coarse = _ramp(cell, thing, name, start, carried, COARSE * speed, reference, limits, marks)
     if coarse.capped:
         return coarse
     back = max((m for m in marks if m[0] <= STEP_BACK * coarse.load), default=marks[0],
                key=lambda m: m[0])  # fmt: skip
     cell.restore(back[1])
-    return _ramp(cell, thing, name, back[0], carried, FINE * speed, reference, None)
+    return _ramp(cell, thing, name, back[0], carried, FINE * speed, reference, limits, None)
 
 
 def _ramp(
     cell: Cell, thing: ObjectInfo, name: str, load: float, carried: float, rate: float,
-    reference: np.ndarray, marks: list[tuple[float, np.ndarray]] | None,
+    reference: np.ndarray, limits: tuple[float, float],
+    marks: list[tuple[float, np.ndarray]] | None,
 ) -> Failure:  # fmt: skip
     while load < CAP:
         load += rate * max(load, 1.0) * cell.tick_time
         _apply(cell, thing, name, load - carried)
         cell.tick()
-        if outcome.gave_way(reference, cell.object_in_hand(), thing.com_m, GIVE_MM, GIVE_DEG):
+        if outcome.gave_way(reference, cell.object_in_hand(), thing.com_m, *limits):
             return Failure(load, False)
         if marks is not None and load > 1.05 * marks[-1][0] + 0.02:
             marks.append((load, cell.save()))

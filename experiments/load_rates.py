@@ -1,0 +1,71 @@
+"""Whether q_sim depends on how fast the load grows, and where the load test starts from."""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from experiments.parallel import run_all
+from sdh_sim import load_test, outcome
+from sdh_sim.acquire import acquire
+from sdh_sim.cell import Cell
+from sdh_sim.course import find_course
+from sdh_sim.lifting import lift
+from sdh_sim.objects import PAPER_ORDER, object_info
+from sdh_sim.scene import build_scene
+from sdh_sim.settings import TrialSettings
+
+SPEEDS = (0.5, 1.0, 2.0, 4.0)
+
+
+def loads(job: tuple[str, int]) -> tuple[str, list[float], float] | None:
+    """q_sim of one grasp at every speed, and from nothing at speed 1; None if it does not hold."""
+    name, seed = job
+    scene, thing = build_scene(TrialSettings(object=name)), object_info(name)
+    course, cell = find_course(scene, thing, np.random.default_rng(seed)), Cell(scene)
+    acquire(cell, thing, course)
+    if sum(cell.hand_touch()) == 0.0:
+        return None
+    grasped = cell.save()
+    moved, turned, fell = lift(cell, thing, course, cell.object_in_hand())
+    if outcome.classify(True, fell, moved, turned) != "none":
+        return None
+    lifted = cell.save()
+    values = []
+    for speed in SPEEDS:
+        cell.restore(lifted)
+        values.append(load_test.gravity_factor(cell, thing, 1.0, speed).load)
+    cell.restore(grasped)
+    return name, values, load_test.gravity_factor(cell, thing, 0.0).load
+
+
+def main(argv: list[str] | None = None) -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--grasps", type=int, default=60, help="grasps to try [60]")
+    parser.add_argument("--seed", type=int, default=2000, help="first seed [2000]")
+    args = parser.parse_args(argv)
+    if args.grasps < 1 or args.seed < 0:
+        parser.error("--grasps must be at least 1 and --seed at least 0")
+    jobs = [(PAPER_ORDER[k % 4], args.seed + k // 4) for k in range(args.grasps)]
+    found = [r for r in run_all(loads, jobs, "load tests") if r is not None]
+    q = np.array([values for _, values, _ in found])
+    reference = q[:, SPEEDS.index(1.0)]
+    table = Table(title=f"{len(found)} grasps that held, seeds from {args.seed}")
+    for heading in ("load grows", "q_sim over speed 1, median", "5 to 95 %", "capped"):
+        table.add_column(heading, justify="right")
+    rows = [(f"× {speed:g}", q[:, k]) for k, speed in enumerate(SPEEDS)]
+    rows.append(("from 0, table away", np.array([start for _, _, start in found])))
+    for name, values in rows:
+        ratio = values / reference
+        low, high = np.quantile(ratio, (0.05, 0.95))
+        capped = int((values >= load_test.CAP).sum())
+        table.add_row(name, f"{np.median(ratio):.3f}", f"{low:.3f} to {high:.3f}", str(capped))
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,130 @@
+"""What each imperfection of the tactile arrays does to the prediction, on the same grasps."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass, replace
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from experiments.parallel import run_all
+from sdh_sim import outcome
+from sdh_sim.acquire import acquire
+from sdh_sim.cell import Cell
+from sdh_sim.compare import auc
+from sdh_sim.course import find_course
+from sdh_sim.hand import HandKinematics
+from sdh_sim.lifting import lift
+from sdh_sim.objects import PAPER_ORDER, object_info
+from sdh_sim.prediction import predict
+from sdh_sim.scene import build_scene
+from sdh_sim.sensor import SensorModel, TactileSensor
+from sdh_sim.settings import TrialSettings
+from sdh_sim.tactile import arrays
+from sdh_sim.trial import take_snapshot
+
+DSA = SensorModel()
+PERFECT = SensorModel(
+    dead_zone=0.0, clip=4095.0, crosstalk=0.0, creep_share=0.0, noise=0.0, gain_spread=0.0
+)
+VARIANTS: dict[str, SensorModel | None] = {
+    "ideal": None,
+    "12 bit alone": PERFECT,
+    "+ dead zone": replace(PERFECT, dead_zone=DSA.dead_zone),
+    "+ dead zone of 8 kPa": replace(PERFECT, dead_zone=8.0),
+    "+ clip": replace(PERFECT, clip=DSA.clip),
+    "+ crosstalk": replace(PERFECT, crosstalk=DSA.crosstalk),
+    "+ creep": replace(PERFECT, creep_share=DSA.creep_share),
+    "+ noise": replace(PERFECT, noise=DSA.noise),
+    "+ gain spread": replace(PERFECT, gain_spread=DSA.gain_spread),
+    "dsa: all of these": DSA,
+    "dsa, 5 % dead cells": replace(DSA, dead_share=0.05),
+    "dsa, 20 % dead cells": replace(DSA, dead_share=0.2),
+}
+
+
+class Bank:
+    """Many sensors on the same pads; stands where a trial has one."""
+
+    def __init__(self, seed: int) -> None:
+        self.sensors = {
+            name: TactileSensor(model, np.random.default_rng((seed, 1)))
+            for name, model in VARIANTS.items()
+        }
+
+    def frame(self, forces: np.ndarray) -> None:
+        """Hand a frame of forces (486,) [N] on to every sensor."""
+        for sensor in self.sensors.values():
+            sensor.frame(forces)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """One grasp: label, and per variant q* under both bounds and the number of contacts."""
+
+    held: bool
+    q: np.ndarray
+    contacts: np.ndarray
+
+
+def observe(job: tuple[str, int]) -> Seen:
+    """Run one grasp and predict from what each sensor reads."""
+    name, seed = job
+    settings = TrialSettings(object=name)
+    scene, thing = build_scene(settings), object_info(name)
+    course, cell = find_course(scene, thing, np.random.default_rng(seed)), Cell(scene)
+    bank = cell.sensor = Bank(seed)  # type: ignore[assignment]
+    acquire(cell, thing, course)
+    cell.sensor = None
+    snapshot, hand = take_snapshot(cell), HandKinematics()
+    found = []
+    for sensor in bank.sensors.values():
+        proximal, distal = arrays(sensor.read())
+        said = predict(
+            replace(snapshot, proximal=proximal, distal=distal),
+            thing, settings.torque_limit, settings.pads, hand,
+        )  # fmt: skip
+        found.append((said.q_linf, said.q_l1, len(said.contacts)))
+    failure = "no_contact"
+    if sum(cell.hand_touch()) > 0.0:
+        moved, turned, fell = lift(cell, thing, course, snapshot.object_pose_hand)
+        failure = outcome.classify(True, fell, moved, turned)
+    values = np.array(found)
+    return Seen(failure == "none", values[:, :2], values[:, 2])
+
+
+def main(argv: list[str] | None = None) -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--grasps", type=int, default=200, help="grasps, all objects [200]")
+    parser.add_argument("--seed", type=int, default=3000, help="first seed [3000]")
+    args = parser.parse_args(argv)
+    if args.grasps < 4 or args.seed < 0:
+        parser.error("--grasps must be at least 4 and --seed at least 0")
+    jobs = [(PAPER_ORDER[k % 4], args.seed + k // 4) for k in range(args.grasps)]
+    seen = run_all(observe, jobs, "grasps")
+    held = np.array([s.held for s in seen])
+    q = np.array([s.q for s in seen])
+    contacts = np.array([s.contacts for s in seen])
+    table = Table(title=f"{len(seen)} grasps, {held.sum()} held, seeds from {args.seed}")
+    for heading in ("sensor", "AUC L∞", "AUC L1", "accuracy L∞ %", "accuracy L1 %",
+                    "q* moved, median %", "90 % below %", "contacts differ"):  # fmt: skip
+        table.add_column(heading, justify="left" if heading == "sensor" else "right")
+    for k, name in enumerate(VARIANTS):
+        both = (q[:, 0, 0] > 0) & (q[:, k, 0] > 0)
+        moved = 100 * np.abs(q[both, k, 0] / q[both, 0, 0] - 1)
+        table.add_row(
+            name,
+            *(f"{auc(q[:, k, b], held) or 0.5:.3f}" for b in (0, 1)),
+            *(f"{100 * np.mean((q[:, k, b] > 1) == held):.1f}" for b in (0, 1)),
+            f"{np.median(moved):.1f}",
+            f"{np.quantile(moved, 0.9):.1f}",
+            str(int((contacts[:, k] != contacts[:, 0]).sum())),
+        )
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    main()
