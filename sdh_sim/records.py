@@ -6,7 +6,8 @@ pandas, polars and DuckDB open the file as it is; ``stack`` gives them back as o
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import contextlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -277,20 +278,11 @@ def write_groups(groups: Iterable[pa.Table], path: Path) -> None:
             writer.write_table(group.combine_chunks(), row_group_size=ROW_GROUP)
 
 
-def read_table(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
-    """The table of a run, or the named columns of it.
-
-    Raises:
-        RecordError: no such file, not a readable parquet file, or not a table of trials.
-    """
-    wanted = [_BY_NAME[name] for name in columns] if columns is not None else list(COLUMNS)
+@contextlib.contextmanager
+def readable(path: Path) -> Iterator[None]:
+    """What fails in the block because of the file at ``path`` becomes a RecordError."""
     try:
-        file = pq.ParquetFile(path, page_checksum_verification=True)
-        for column in wanted:
-            _check_field(path, file.schema_arrow, column)
-        table = file.read(columns=[column.name for column in wanted])
-        table.validate(full=True)
-        return table
+        yield
     except RecordError:
         raise
     except FileNotFoundError as error:
@@ -300,7 +292,24 @@ def read_table(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
         raise RecordError(f"{path} is not a readable parquet file: {reason}") from error
 
 
-def _check_field(path: Path, schema: pa.Schema, column: Column) -> None:
+def read_table(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
+    """The table of a run, or the named columns of it.
+
+    Raises:
+        RecordError: no such file, not a readable parquet file, or not a table of trials.
+    """
+    wanted = [_BY_NAME[name] for name in columns] if columns is not None else list(COLUMNS)
+    with readable(path):
+        file = pq.ParquetFile(path, page_checksum_verification=True)
+        for column in wanted:
+            check_field(path, file.schema_arrow, column)
+        table = file.read(columns=[column.name for column in wanted])
+        table.validate(full=True)
+        return table
+
+
+def check_field(path: Path, schema: pa.Schema, column: Column) -> None:
+    """Raise RecordError unless the file's schema has the column with its type."""
     if column.name not in schema.names:
         raise RecordError(
             f"{path} has no column {column.name!r}; it is not a table of this version"
