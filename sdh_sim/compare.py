@@ -14,14 +14,30 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.parquet as pq
 
 from sdh_sim import records
+from sdh_sim.bootstrap import RESAMPLES, Ladder, interval, stratified_weights
 from sdh_sim.rate import Rate
 
 METRICS = ("q_linf", "q_l1")
+ALL_METRICS = (
+    *METRICS,
+    *("q_capability", "q_held"),
+    *("epsilon_linf", "epsilon_l1", "volume_linf", "volume_l1"),
+)
+NAMES = {
+    "q_linf": "q* L∞",
+    "q_l1": "q* L1",
+    "q_capability": "q* capability",
+    "q_held": "q* held",
+    "epsilon_linf": "ε L∞",
+    "epsilon_l1": "ε L1",
+    "volume_linf": "V L∞",
+    "volume_l1": "V L1",
+}
 THRESHOLD = 1.0
-RESAMPLES = 2000
-_CHUNK = 2_000_000  # elements of one block of the bootstrap
+SURPLUS = "surplus"  # column of trials that a preset ran beyond an object's share
 
 
 @dataclass(frozen=True)
@@ -35,7 +51,7 @@ class Comparison:
         tp, fp, tn, fn: trials predicted to succeed that did, did not; to fail that did, did not.
         auc: area under the ROC curve, None where one class is empty.
         auc_interval: its 95 % bootstrap interval, or None.
-        missing: trials without the metric, counted as 0.
+        missing: trials without the metric: of V left out, of others counted as 0.
         unstable: trials left out because the simulation was unstable.
     """
 
@@ -76,6 +92,19 @@ class Comparison:
         """Share of the failures that were predicted to succeed."""
         return Rate(self.fp, self.fp + self.tn)
 
+    @property
+    def true_negative_rate(self) -> Rate:
+        """Share of the failures that were predicted to fail."""
+        return Rate(self.tn, self.fp + self.tn)
+
+    @property
+    def has_boundary(self) -> bool:
+        """Whether the threshold means something for the metric: only for q*, a number of weights.
+
+        ε and V have units; for them no value is a boundary between holding and not.
+        """
+        return self.metric.startswith("q_")
+
 
 def auc(scores: np.ndarray, success: np.ndarray) -> float | None:
     """Area under the ROC curve: P(score of a success > of a failure) + P(equal) / 2.
@@ -90,14 +119,9 @@ def auc(scores: np.ndarray, success: np.ndarray) -> float | None:
     good, bad = scores[success], scores[~success]
     if not len(good) or not len(bad):
         return None
-    return float(_placements(good, bad).mean())
-
-
-def _placements(good: np.ndarray, bad: np.ndarray) -> np.ndarray:
-    """For each success the share of failures below it, ties half; (number of successes,)."""
     order = np.sort(bad)
     below = np.searchsorted(order, good, side="left") + np.searchsorted(order, good, side="right")
-    return below / (2 * len(bad))
+    return float(below.mean() / (2 * len(bad)))
 
 
 def auc_interval(
@@ -110,27 +134,11 @@ def auc_interval(
 
     None where a class has fewer than two members: resampling one grasp says nothing.
     """
-    good, bad = scores[success], scores[~success]
-    if len(good) < 2 or len(bad) < 2:
+    if success.sum() < 2 or (~success).sum() < 2:
         return None
-    # A resample is how often each grasp was drawn. With the failures sorted, the weight of those
-    # below a success is one entry of a cumulative sum, so that no matrix of pairs is needed.
-    order = np.sort(bad)
-    left = np.searchsorted(order, good, side="left")
-    right = np.searchsorted(order, good, side="right")
-    areas: list[np.ndarray] = []
-    block = max(1, _CHUNK // (len(good) + len(bad)))
-    for start in range(0, resamples, block):
-        rows = min(block, resamples - start)
-        weights_bad = rng.multinomial(len(bad), np.full(len(bad), 1 / len(bad)), size=rows)
-        weights_good = rng.multinomial(len(good), np.full(len(good), 1 / len(good)), size=rows)
-        below = np.concatenate(
-            [np.zeros((rows, 1), dtype=np.int64), np.cumsum(weights_bad, axis=1)], axis=1
-        )
-        wins = below[:, left] + below[:, right]
-        areas.append((weights_good * wins).sum(axis=1) / (2 * len(good) * len(bad)))
-    low, high = np.quantile(np.concatenate(areas), [0.025, 0.975])
-    return float(low), float(high)
+    ladder = Ladder.of(scores, success)
+    blocks = stratified_weights(success, rng, resamples)
+    return interval(np.concatenate([ladder.roc_areas(weights) for weights in blocks]))
 
 
 def compare_scores(
@@ -141,6 +149,7 @@ def compare_scores(
     metric: str = "q_linf",
     threshold: float = THRESHOLD,
     unstable: int = 0,
+    drop_missing: bool = False,
 ) -> Comparison:
     """Compare one metric with the outcomes.
 
@@ -148,13 +157,16 @@ def compare_scores(
         scores: (n,) the metric; NaN where a trial has none, counted as 0.
         success: (n,) bool, the outcomes.
         group, metric, threshold, unstable: see ``Comparison``.
+        drop_missing: leave trials without the metric out instead.
     """
     success = np.asarray(success, dtype=bool)
     scores = np.asarray(scores, dtype=float)
     if scores.shape != success.shape or scores.ndim != 1:
         raise ValueError(f"scores {scores.shape} and success {success.shape} must be (n,) both")
     missing = np.isnan(scores)
-    scores = np.where(missing, 0.0, scores)
+    if drop_missing:
+        scores, success = scores[~missing], success[~missing]
+    scores = np.nan_to_num(scores, nan=0.0, posinf=np.inf, neginf=-np.inf)
     predicted = scores > threshold
     return Comparison(
         group=group,
@@ -172,18 +184,33 @@ def compare_scores(
     )
 
 
-def compare_table(table: pa.Table, metrics: Sequence[str] = METRICS) -> list[Comparison]:
-    """Every object of a table of trials, in the order they appear, and ``overall`` at the end.
+def drops_missing(metric: str) -> bool:
+    """Whether trials without the metric are left out: V is not computed of many contacts."""
+    return metric.startswith("volume_")
+
+
+def groups_of(table: pa.Table) -> dict[str, np.ndarray]:
+    """Members (n,) bool of every object, in the order they appear, and of ``overall`` at the end.
 
     ``overall`` is left out where there is one object only.
     """
     names = np.array(table.column("object").to_pylist(), dtype=object)
-    success = np.array(table.column("success").to_pylist(), dtype=bool)
-    unstable = np.array(table.column("failure").to_pylist(), dtype=object) == "unstable_simulation"
-    scores = {metric: records.stack(table, metric) for metric in metrics}
-    groups = [(name, names == name) for name in dict.fromkeys(names)]
+    groups = {name: names == name for name in dict.fromkeys(names.tolist())}
     if len(groups) != 1:
-        groups.append(("overall", np.ones(len(names), dtype=bool)))
+        groups["overall"] = np.ones(len(names), dtype=bool)
+    return groups
+
+
+def unstable_of(table: pa.Table) -> np.ndarray:
+    """Trials without truth: their simulation was unstable; (n,) bool."""
+    return np.array(table.column("failure").to_pylist(), dtype=object) == "unstable_simulation"
+
+
+def compare_table(table: pa.Table, metrics: Sequence[str] = METRICS) -> list[Comparison]:
+    """Every group of a table of trials (see ``groups_of``), every metric within it."""
+    success = np.array(table.column("success").to_pylist(), dtype=bool)
+    unstable = unstable_of(table)
+    scores = {metric: records.stack(table, metric) for metric in metrics}
     return [
         compare_scores(
             scores[metric][members & ~unstable],
@@ -191,15 +218,34 @@ def compare_table(table: pa.Table, metrics: Sequence[str] = METRICS) -> list[Com
             group=group,
             metric=metric,
             unstable=int(np.sum(members & unstable)),
+            drop_missing=drops_missing(metric),
         )
-        for group, members in groups
+        for group, members in groups_of(table).items()
         for metric in metrics
     ]
 
 
-def read_trials(paths: Sequence[Path]) -> pa.Table:
-    """The columns that the comparison needs, of several tables one after the other."""
-    columns = ("object", "success", "failure", *METRICS)
+def columns_of(paths: Sequence[Path], wanted: Sequence[str]) -> tuple[str, ...]:
+    """Those of the wanted columns that every one of the tables has."""
+    found = [_column_names(path) for path in paths]
+    return tuple(name for name in wanted if all(name in names for names in found))
+
+
+def _column_names(path: Path) -> set[str]:
+    try:
+        return set(pq.read_schema(path).names)
+    except (pa.ArrowException, OSError):  # whoever reads the table says what is wrong with it
+        return set()
+
+
+def read_trials(paths: Sequence[Path], extra: Sequence[str] = ()) -> pa.Table:
+    """The columns that the comparison needs, of several tables one after the other.
+
+    Args:
+        paths: files of trials.
+        extra: further columns, which every table must have.
+    """
+    columns = ("object", "success", "failure", *dict.fromkeys((*METRICS, *extra)))
     return pa.concat_tables([records.read_table(path, columns) for path in paths])
 
 
@@ -208,17 +254,24 @@ CSV_HEADER = (
     *("accuracy", "accuracy_low", "accuracy_high"),
     *("true_positive_rate", "tpr_low", "tpr_high"),
     *("false_positive_rate", "fpr_low", "fpr_high"),
+    *("true_negative_rate", "tnr_low", "tnr_high"),
     *("auc", "auc_low", "auc_high"),
     *("tp", "fp", "tn", "fn", "missing_metric", "unstable_excluded"),
 )
 
 
+def cells(c: Comparison) -> list[object]:
+    """The comparison in the order of ``CSV_HEADER``; what is undefined is None."""
+    threshold = c.threshold if c.has_boundary else None
+    found: list[object] = [c.group, c.metric, threshold, c.n, c.success.k, c.success.value]
+    rates = (c.accuracy, c.true_positive_rate, c.false_positive_rate, c.true_negative_rate)
+    for rate in rates if c.has_boundary else (Rate(0, 0),) * len(rates):
+        found += [rate.value, *(rate.interval or (None, None))]
+    found += [c.auc, *(c.auc_interval or (None, None))]
+    found += [c.tp, c.fp, c.tn, c.fn] if c.has_boundary else [None] * 4
+    return [*found, c.missing, c.unstable]
+
+
 def csv_row(c: Comparison) -> list[str]:
-    """The comparison as the cells of ``CSV_HEADER``; what is undefined is an empty cell."""
-    rates = [c.accuracy, c.true_positive_rate, c.false_positive_rate]
-    cells: list[object] = [c.group, c.metric, c.threshold, c.n, c.success.k, c.success.value]
-    for rate in rates:
-        cells += [rate.value, *(rate.interval or (None, None))]
-    cells += [c.auc, *(c.auc_interval or (None, None))]
-    cells += [c.tp, c.fp, c.tn, c.fn, c.missing, c.unstable]
-    return ["" if cell is None else str(cell) for cell in cells]
+    """The cells as text; what is undefined is an empty cell."""
+    return ["" if cell is None else str(cell) for cell in cells(c)]

@@ -10,7 +10,7 @@ import scipy.stats
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdh_sim import compare, records
+from sdh_sim import bootstrap, compare, records
 from sdh_sim.compare import Rate, auc, auc_interval, compare_scores, compare_table
 
 T, F = True, False
@@ -103,7 +103,7 @@ def test_bootstrap_resamples_the_definition():
 def test_bootstrap_in_blocks_is_the_same_statistic(monkeypatch):
     scores, success = np.arange(10.0) % 7, np.arange(10) % 2 == 0
     whole = auc_interval(scores, success, np.random.default_rng(1), 4000)
-    monkeypatch.setattr(compare, "_CHUNK", 1000)
+    monkeypatch.setattr(bootstrap, "_CHUNK", 1000)
     assert auc_interval(scores, success, np.random.default_rng(1), 4000) == pytest.approx(
         whole, abs=0.03
     )

@@ -1,0 +1,78 @@
+"""Grasps as a table of trials keeps them: any metric can be evaluated on them again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from sdh_sim.hand import MOTOR_NAMES, HandKinematics
+from sdh_sim.objects import ObjectInfo, object_info
+from sdh_sim.perception import PerceivedGrasp, perceive
+from sdh_sim.tactile import TactileSnapshot
+
+_NEEDED = (
+    *("tactile_proximal", "tactile_distal", "joint_angles_rad", "motor_torque_nm"),
+    *("object_pose_hand", "hand_pose_world"),
+)
+
+
+def snapshot_of(row: Mapping[str, Any]) -> TactileSnapshot | None:
+    """The snapshot of a row of the table, as the metrics saw it.
+
+    The pose is the tracker's where the row has one. Readings have the table's single precision,
+    so that a metric evaluated again may differ from the stored one in its eighth digit or so.
+
+    Args:
+        row: a row as ``records.read_rows`` gives it.
+
+    Returns:
+        None where the trial ended before its snapshot.
+    """
+    if any(row.get(name) is None for name in _NEEDED):
+        return None
+    pose = row.get("perceived_pose_hand")
+    return TactileSnapshot(
+        proximal=np.asarray(row["tactile_proximal"], dtype=float),
+        distal=np.asarray(row["tactile_distal"], dtype=float),
+        joint_angles=np.asarray(row["joint_angles_rad"], dtype=float),
+        motor_torques=np.asarray(row["motor_torque_nm"], dtype=float),
+        object_pose_hand=np.asarray(row["object_pose_hand"] if pose is None else pose, dtype=float),
+        hand_pose_world=np.asarray(row["hand_pose_world"], dtype=float),
+    )
+
+
+def object_of(row: Mapping[str, Any]) -> ObjectInfo:
+    """The row's object with the mass and the friction that the metrics assumed.
+
+    Raises:
+        SettingsError: there is no such object model any more.
+    """
+    thing = object_info(row["object"])
+    mass, friction = row.get("perceived_mass_kg"), row.get("perceived_friction")
+    return replace(
+        thing,
+        mass_kg=thing.mass_kg if mass is None else mass,
+        friction=thing.friction if friction is None else friction,
+    )
+
+
+def grasp_of(
+    row: Mapping[str, Any], pads: str, kinematics: HandKinematics
+) -> PerceivedGrasp | None:
+    """What a metric may know of the row's grasp; None where there is no snapshot.
+
+    Args:
+        row: a row as ``records.read_rows`` gives it.
+        pads: ``all`` or ``distal``.
+        kinematics: the hand; its posture is changed.
+    """
+    snapshot = snapshot_of(row)
+    if snapshot is None:
+        return None
+    limits = np.asarray(row["torque_limit_nm"], dtype=float)
+    proximal = float(limits[MOTOR_NAMES.index("finger1_proximal")])
+    distal = float(limits[MOTOR_NAMES.index("finger1_distal")])
+    return perceive(snapshot, object_of(row), (proximal, distal), pads, kinematics)

@@ -1,0 +1,230 @@
+"""Everything a comparison says about some trials: the numbers behind the report's every figure."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+
+from sdh_sim import compare, records
+from sdh_sim.agreement import Agreement, agree
+from sdh_sim.bootstrap import RESAMPLES
+from sdh_sim.compare import METRICS, THRESHOLD, Comparison
+from sdh_sim.curves import Curve, precision_recall, roc
+from sdh_sim.paired import Paired, compare_pair
+from sdh_sim.thresholds import (
+    Calibration,
+    CrossValidated,
+    assign_folds,
+    calibrate,
+    cross_validate,
+)
+
+LOAD = ("q_sim", "q_sim_capped")
+EVERY, SEEN = "all", "no unseen contact"  # subsets of the load test's trials
+
+
+@dataclass(frozen=True)
+class Scored:
+    """One metric on one group of trials, ready for statistics.
+
+    Attributes:
+        scores: (n,) without NaN.
+        success: (n,) bool.
+        fold: (n,) fold of each trial.
+    """
+
+    scores: np.ndarray
+    success: np.ndarray
+    fold: np.ndarray
+
+    @property
+    def two_sided(self) -> bool:
+        """Whether both outcomes occur at least twice: fewer say nothing of a boundary."""
+        return bool(self.success.sum() >= 2 and (~self.success).sum() >= 2)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One metric on one group.
+
+    Attributes:
+        comparison: what the threshold 1 gets right, and the area under the ROC curve.
+        scored: the trials.
+        roc, precision_recall: None where an outcome is too rare.
+        best: threshold chosen by cross-validation, or None.
+        calibration: threshold against desired false positive rate, or None.
+    """
+
+    comparison: Comparison
+    scored: Scored
+    roc: Curve | None
+    precision_recall: Curve | None
+    best: CrossValidated | None
+    calibration: Calibration | None
+
+
+@dataclass(frozen=True)
+class Study:
+    """What is known of the trials of some runs.
+
+    Attributes:
+        metrics: columns compared.
+        groups: object names in order, ``overall`` last where there is more than one object.
+        findings: by group and metric.
+        paired: L-infinity against L1 at threshold 1, by group.
+        agreement: q* against q_sim by group, metric and subset; empty without load tests.
+        load: by metric, q* and q_sim and whether capped and whether a contact was unseen, each
+            (n,), of the last group; empty without load tests.
+        surplus: trials left out because they exceed their object's share.
+        tables: number of trials read.
+    """
+
+    metrics: tuple[str, ...]
+    groups: tuple[str, ...]
+    findings: dict[tuple[str, str], Finding]
+    paired: dict[str, Paired]
+    agreement: dict[tuple[str, str, str], Agreement]
+    load: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]
+    surplus: int
+    tables: int
+
+    @property
+    def main(self) -> str:
+        """The group of all trials."""
+        return self.groups[-1]
+
+    @property
+    def comparisons(self) -> list[Comparison]:
+        """Every comparison, group by group."""
+        return [self.findings[g, m].comparison for g in self.groups for m in self.metrics]
+
+
+def read_study(
+    paths: Sequence[Path],
+    metrics: Sequence[str] = METRICS,
+    resamples: int = RESAMPLES,
+) -> Study:
+    """The study of tables of trials; metrics that a table lacks are left out.
+
+    Raises:
+        RecordError: a file is no table of trials.
+    """
+    extra = compare.columns_of(
+        paths, (*metrics, *LOAD, "unsensed_contact", "perceived_mass_kg", compare.SURPLUS)
+    )
+    table = compare.read_trials(paths, extra)
+    wanted = tuple(m for m in metrics if m in table.column_names)
+    return study_of(table, wanted, resamples)
+
+
+def study_of(
+    table: pa.Table, metrics: Sequence[str] = METRICS, resamples: int = RESAMPLES
+) -> Study:
+    """The study of one table that has the columns ``read_trials`` asks for.
+
+    The same trials give the same numbers whatever else is compared: every bootstrap and every
+    division into folds starts from a seed of its own.
+    """
+    read = table.num_rows
+    if compare.SURPLUS in table.column_names:
+        table = table.filter(_not(table.column(compare.SURPLUS)))
+    groups = compare.groups_of(table)
+    comparisons = {(c.group, c.metric): c for c in compare.compare_table(table, metrics)}
+    usable = ~compare.unstable_of(table)
+    success = np.array(table.column("success").to_pylist(), dtype=bool)
+    fold = _folds(table, success)
+    columns = {metric: records.stack(table, metric) for metric in metrics}
+    findings, paired = {}, {}
+    for group, members in groups.items():
+        for metric in metrics:
+            keep = members & usable
+            if compare.drops_missing(metric):
+                keep = keep & ~np.isnan(columns[metric])
+            scored = Scored(_filled(columns[metric])[keep], success[keep], fold[keep])
+            findings[group, metric] = _finding(comparisons[group, metric], scored, resamples)
+        first, second = (findings[group, m].scored for m in METRICS)
+        paired[group] = compare_pair(
+            first.scores, second.scores, first.success, THRESHOLD, _seeded("paired"), resamples
+        )
+    agreement, load = _load(table, groups, metrics, columns, usable, resamples)
+    return Study(
+        metrics=tuple(metrics),
+        groups=tuple(groups),
+        findings=findings,
+        paired=paired,
+        agreement=agreement,
+        load=load,
+        surplus=read - table.num_rows,
+        tables=read,
+    )
+
+
+def _finding(comparison: Comparison, scored: Scored, resamples: int) -> Finding:
+    scores, success, fold = scored.scores, scored.success, scored.fold
+    # The seed 0 of the comparison's own interval: figure and table show the same one.
+    return Finding(
+        comparison=comparison,
+        scored=scored,
+        roc=roc(scores, success, np.random.default_rng(0), resamples),
+        precision_recall=precision_recall(scores, success, np.random.default_rng(0), resamples),
+        best=cross_validate(scores, success, fold) if scored.two_sided else None,
+        calibration=calibrate(scores, success, fold, _seeded("calibration"), resamples),
+    )
+
+
+def _load(
+    table: pa.Table,
+    groups: dict[str, np.ndarray],
+    metrics: Sequence[str],
+    columns: dict[str, np.ndarray],
+    usable: np.ndarray,
+    resamples: int,
+) -> tuple[dict, dict]:
+    if not all(name in table.column_names for name in LOAD):
+        return {}, {}
+    q_sim = records.stack(table, "q_sim")
+    capped = _flags(table.column("q_sim_capped"))
+    unseen = np.zeros(len(q_sim), dtype=bool)
+    if "unsensed_contact" in table.column_names:
+        unseen = _flags(table.column("unsensed_contact"))
+    tested = usable & ~np.isnan(q_sim)
+    if not tested.any():
+        return {}, {}
+    agreement, load = {}, {}
+    for metric in (m for m in metrics if m.startswith("q_")):
+        q = _filled(columns[metric])
+        load[metric] = (q[tested], q_sim[tested], capped[tested], unseen[tested])
+        for group, members in groups.items():
+            for subset, part in ((EVERY, tested), (SEEN, tested & ~unseen)):
+                keep = members & part
+                agreement[group, metric, subset] = agree(
+                    q[keep], q_sim[keep], capped[keep], _seeded("agreement"), resamples
+                )
+    return agreement, load
+
+
+def _folds(table: pa.Table, success: np.ndarray) -> np.ndarray:
+    names = table.column("object").to_pylist()
+    strata = np.array([f"{n} {s}" for n, s in zip(names, success, strict=True)], dtype=object)
+    return assign_folds(strata, _seeded("folds"))
+
+
+def _seeded(purpose: str) -> np.random.Generator:
+    return np.random.default_rng(zlib.crc32(purpose.encode()))
+
+
+def _filled(scores: np.ndarray) -> np.ndarray:
+    return np.where(np.isnan(scores), 0.0, scores)
+
+
+def _flags(column: pa.ChunkedArray) -> np.ndarray:
+    return np.array([bool(value) for value in column.to_pylist()], dtype=bool)
+
+
+def _not(column: pa.ChunkedArray) -> pa.Array:
+    return pa.array(~_flags(column))
