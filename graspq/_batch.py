@@ -45,13 +45,12 @@ def reach_many(columns, widths, first, contacts, united, tasks, begins, ends, lo
     for g in range(low, high):
         begin, end = contacts[g], contacts[g + 1]
         body, owners = grasp_body(columns, widths, first[begin], begin, end, united)
-        if spread(body, inner, size, scatter) == 0.0:
-            out[g, 0] = SINGULAR
-            continue
         wanted = tasks[:, begins[g]:ends[g]].copy()
         forces = np.zeros((end - begin, 6))
-        status, value, lower, upper, critical = reach(
+        status, value, lower, upper, critical, sound = reach(
             wanted, body, NO_PADS, stop, owners, NOBODY, forces)
+        if not sound and spread(body, inner, size, scatter) == 0.0:
+            status = SINGULAR
         out[g, 0], out[g, 1], out[g, 2], out[g, 3] = status, value, lower, upper
         out[g, 4] = critical
 
@@ -75,7 +74,8 @@ def reach_one(columns, widths, united, tasks, stop, forces):
     if not total < np.inf:
         return REFUSED, 0.0, 0.0, 0.0, 0
     body, owners = grasp_body(columns, widths, 0, 0, widths.shape[0], united)
-    inner, size = np.empty(6), np.empty(6)
-    if spread(body, inner, size, np.empty((6, 6))) == 0.0:
+    status, value, lower, upper, critical, sound = reach(
+        tasks, body, NO_PADS, stop, owners, NOBODY, forces)
+    if not sound and spread(body, np.empty(6), np.empty(6), np.empty((6, 6))) == 0.0:
         return SINGULAR, 0.0, 0.0, 0.0, 0
-    return reach(tasks, body, NO_PADS, stop, owners, NOBODY, forces)
+    return status, value, lower, upper, critical

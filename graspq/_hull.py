@@ -1,10 +1,10 @@
 """Compiled convex hull of a set known by its support oracle, grown facet by facet.
 
 The hull lives in six dimensions, in coordinates in which the set is about round, and always
-holds the origin: a facet is the plane u·x = 1 through six vertices. It starts from a simplex of artificial
-vertices too small to matter. A new facet through a ridge of a visible facet f and a hidden one g
-is a convex combination of their u, so no linear system is solved. Vertices are jogged by
-``jog``, so that no seven of them share a plane; exact vertices decide in the end.
+holds the origin: a facet is the plane u·x = 1 through six vertices. It starts from a simplex of
+artificial vertices too small to matter. A new facet through a ridge of a visible facet f and a
+hidden one g is a convex combination of their u, so no linear system is solved. Vertices are
+jogged by ``jog``, so that no seven of them share a plane; exact vertices decide in the end.
 """
 
 from __future__ import annotations

@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from graspq._pivot import dot, price, row_sum
+from graspq._climb import new_list
+from graspq._pivot import dot, new_state, price, row_sum
 from graspq._ray import CAPPED, SOLVED, collect, shoot
 
 EMPTY = 3
@@ -17,7 +18,7 @@ CLOSE = 1e-6
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def highest(state, task, inner, size, body, pads, stop, score, choice):
+def highest(state, task, inner, size, body, pads, stop, score, choice, short):
     """Return (status, q, upper, gauge) of the largest q, of any sign, with q t in the set.
 
     ``upper`` is proven by a plane; ``gauge`` is that of q t, 1 up to the tolerance.
@@ -26,7 +27,7 @@ def highest(state, task, inner, size, body, pads, stop, score, choice):
     u, vertex, ray = np.empty(6), np.empty(6), task.copy()
     q, upper, closest = np.inf, np.inf, 0.0
     for _ in range(200):
-        status, value, _, _ = shoot(state, False, ray, size, body, pads, stop, score, choice)
+        status, value, _, _ = shoot(state, False, ray, size, body, pads, stop, score, choice, short)
         if status != SOLVED:
             return CAPPED, 0.0, 0.0, 0.0
         row_sum(state[1], u)
@@ -68,8 +69,8 @@ def between(tasks, inner, size, body, pads, stop, owners, ball_owners, forces):
     the two ends of every ray, which is convex.
     """
     score, choice = np.empty(body[0].shape[1]), np.empty(body[1].shape[0] - 1, np.int64)
-    state = (np.empty((6, 6)), np.empty((6, 6)), np.empty((6, 6)), np.zeros(6, np.int64),
-             np.zeros(6))
+    state = new_state(choice.shape[0])
+    short = new_list(score.shape[0], choice.shape[0])
     points, starts, centres, axes, balls, zero, _ = body
     body = (points, starts, centres, axes, balls, zero, inner)
     task, ray = np.empty(6), np.empty(6)
@@ -80,7 +81,8 @@ def between(tasks, inner, size, body, pads, stop, owners, ball_owners, forces):
         for sign in (1.0, -1.0):
             for r in range(6):
                 task[r] = sign * tasks[r, j]
-            status, q, top, g = highest(state, task, inner, size, body, pads, stop, score, choice)
+            status, q, top, g = highest(
+                state, task, inner, size, body, pads, stop, score, choice, short)
             if status != SOLVED:
                 return status, q, q, q, j
             far = 0.0
@@ -92,7 +94,7 @@ def between(tasks, inner, size, body, pads, stop, owners, ball_owners, forces):
                 high, gauge, upper = q, g, min(upper, top)
                 if q < value:
                     value, critical = q, j
-                    collect(state, value, body, owners, ball_owners, score, choice, forces)
+                    collect(state, body, owners, ball_owners, forces)
             else:
                 if -q > least:
                     least, last = -q, j
@@ -104,7 +106,7 @@ def between(tasks, inner, size, body, pads, stop, owners, ball_owners, forces):
                     g = 0.0
                     if not _ray_through(ray, middle, task, inner, size):
                         status, reach, _, _ = shoot(
-                            state, False, ray, size, body, pads, stop, score, choice)
+                            state, False, ray, size, body, pads, stop, score, choice, short)
                         g = 1.0 / reach if status == SOLVED else 1.0
                     slip = 1.0 if g >= 1.0 else min(1.0, (gauge - 1.0) / (gauge - g))
                 lower = min(lower, high - (high - middle) * slip)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from graspq._climb import ask
 from graspq._oracle import invert, support
 
 SMALL = 1e-3
@@ -30,9 +31,12 @@ def price(u, body, pads, score, choice, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def replace(state, leave, vertex, u, kind, column):
-    """Pivot ``vertex`` into place ``leave``; ``column`` is B⁻¹ times the vertex."""
-    basis, inverse, directions, kinds, _ = state
+def replace(state, leave, vertex, u, kind, choice, column):
+    """Pivot ``vertex`` into place ``leave``; ``column`` is B⁻¹ times the vertex.
+
+    Its direction and the atoms that make it up are kept beside it.
+    """
+    basis, inverse, directions, kinds, _, picks = state
     scale = 1.0 / column[leave]
     for c in range(6):
         inverse[leave, c] *= scale
@@ -44,6 +48,15 @@ def replace(state, leave, vertex, u, kind, column):
         basis[r, leave] = vertex[r]
         directions[leave, r] = u[r]
     kinds[leave] = kind
+    for i in range(choice.shape[0]):
+        picks[leave, i] = choice[i]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def new_state(bodies):
+    """Scratch of a basis: (basis, inverse, directions, kinds, weights, atoms of the vertices)."""
+    return (np.empty((6, 6)), np.empty((6, 6)), np.empty((6, 6)), np.zeros(6, np.int64),
+            np.zeros(6), np.zeros((6, bodies), np.int64))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -70,7 +83,7 @@ def dot(a, b):
 @njit(cache=True, nogil=True, error_model="numpy")
 def start_basis(state, task, size):
     """Set up the artificial basis around ``task`` for a set of extent ``size`` per row."""
-    basis, inverse, directions, kinds, _ = state
+    basis, inverse, directions, kinds = state[0], state[1], state[2], state[3]
     basis[:, :] = 0.0
     inverse[:, :] = 0.0
     directions[:, :] = 0.0
@@ -108,19 +121,27 @@ def primal(state, target, task, body, pads, stop, cap, score, choice):
                     value <= ratio * (1.0 + 1e-13) and column[r] > column[leave]
                 ):
                     leave, ratio = r, value
-        replace(state, leave, vertex, u, kind, column)
+        replace(state, leave, vertex, u, kind, choice, column)
     return False, upper, cap
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def dual(state, task, body, pads, stop, cap, score, choice):
+def _worth(u, body, pads, enough, score, choice, short, out):
+    """``price``; of plain polytopes any vertex worth more than ``enough``."""
+    if body[3].shape[0] > 0 or pads.shape[0] > 0:
+        return price(u, body, pads, score, choice, out)
+    return ask(u, body, enough, score, choice, short, out), REAL
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def dual(state, task, body, pads, stop, cap, score, choice, short):
     """Keep u feasible and make the weights of ``task`` non-negative.
 
     Returns 0 when done, 1 when no weights exist (the task is outside the cone), 2 at the cap.
     """
     inverse = state[1]
     u, vertex, trial = np.empty(6), np.empty(6), np.empty(6)
-    weight, column = np.empty(6), np.empty(6)
+    weight, column, kept = np.empty(6), np.empty(6), choice.copy()
     for step in range(cap):
         if step % 20 == 19 and not invert(state[0], inverse):
             return 2
@@ -141,10 +162,11 @@ def dual(state, task, body, pads, stop, cap, score, choice):
         row = inverse[leave].copy()
         for r in range(6):
             trial[r] = -row[r]
-        h, kind = price(trial, body, pads, score, choice, vertex)
+        h, kind = _worth(trial, body, pads, 1e-12, score, choice, short, vertex)
         if h <= 1e-12:
             return 1
         direction = trial.copy()
+        kept[:] = choice
         for _ in range(60):
             fall = -dot(row, vertex)
             angle = max(1.0 - dot(u, vertex), 0.0) / fall
@@ -152,13 +174,14 @@ def dual(state, task, body, pads, stop, cap, score, choice):
             for r in range(6):
                 trial[r] = u[r] - angle * row[r]
             new = column
-            h, kind_new = price(trial, body, pads, score, choice, new)
+            h, kind_new = _worth(trial, body, pads, 1.0 + stop, score, choice, short, new)
             if h <= 1.0 + stop or -dot(row, new) <= 1e-12:
                 break
             kind = kind_new
             vertex[:] = new
+            kept[:] = choice
         times(inverse, vertex, column)
         if column[leave] > -1e-11:
             return 2
-        replace(state, leave, vertex, direction, kind, column)
+        replace(state, leave, vertex, direction, kind, kept, column)
     return 2

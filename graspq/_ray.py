@@ -12,13 +12,15 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from graspq._oracle import FAST, add_atom, invert, support
+from graspq._climb import climb, new_list
+from graspq._oracle import FAST, add_atom, invert
 from graspq._pivot import (
     ARTIFICIAL,
     REAL,
     SMALL,
     dot,
     dual,
+    new_state,
     price,
     primal,
     row_sum,
@@ -28,12 +30,13 @@ from graspq._pivot import (
 
 SOLVED, ZERO, CAPPED = 0, 1, 2
 TINY = 1e-9
+STEEP = 1e5
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _settle(state, task, size, body, pads, score, choice, stop):
     """Refactor, recompute and return (good, value, upper, share left on artificials)."""
-    basis, inverse, _, kinds, weights = state
+    basis, inverse, _, kinds, weights, _ = state
     u, vertex, correction = np.empty(6), np.empty(6), np.empty(6)
     if not invert(basis, inverse):
         return False, 0.0, np.inf, 1.0
@@ -104,10 +107,10 @@ def _separate(state, task, size, body, pads, score, choice):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def shoot(state, warm, task, size, body, pads, stop, score, choice):
+def shoot(state, warm, task, size, body, pads, stop, score, choice, short):
     """Return (status, value, lower, upper) of the reach along ``task``.
 
-    ``state`` = (basis, inverse, directions, kinds, weights) is kept for the next task, which
+    ``state``, see ``new_state``, is kept for the next task, which
     may start warm from it.
     """
     kinds = state[3]
@@ -116,11 +119,12 @@ def shoot(state, warm, task, size, body, pads, stop, score, choice):
     for r in range(6):
         far = max(far, abs(task[r]) / size[r])
     zero = TINY / far
-    if warm and dual(state, task, body, pads, stop, 60, score, choice) == 0:
+    if warm and dual(state, task, body, pads, stop, 60, score, choice, short) == 0:
         good, value, upper, left = _settle(state, task, size, body, pads, score, choice, stop)
         if good and left == 0.0:
             return SOLVED, value, value, max(upper, value)
     cap = 400 if body[3].shape[0] == 0 else 4000
+    plain = body[3].shape[0] == 0 and pads.shape[0] == 0
     jitter = 1e-10
     best = np.inf
     for attempt in range(4):
@@ -131,12 +135,17 @@ def shoot(state, warm, task, size, body, pads, stop, score, choice):
             target[r] += push if task[r] >= 0.0 else -push
         shrunk = False
         while True:
-            done, upper, _ = primal(state, target, task, body, pads, stop, cap, score, choice)
+            if plain:
+                done, upper = climb(
+                    state, target, task, body, stop, cap, score, choice, short)
+            else:
+                done, upper, _ = primal(
+                    state, target, task, body, pads, stop, cap, score, choice)
             best = min(best, upper)
             if not done:
                 break
             if best > zero:
-                dual(state, task, body, pads, stop, 200, score, choice)
+                dual(state, task, body, pads, stop, 200, score, choice, short)
             good, value, upper, left = _settle(state, task, size, body, pads, score, choice, stop)
             best = min(best, upper)
             if left > 1e-12:
@@ -163,26 +172,24 @@ def shoot(state, warm, task, size, body, pads, stop, score, choice):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def collect(state, value, body, owners, ball_owners, score, choice, forces):
+def collect(state, body, owners, ball_owners, forces):
     """Write the contacts' wrenches (n, 6) at the optimum, from the basis and its weights."""
-    points, starts, centres, axes, balls, zero, shift = body
-    _, _, directions, kinds, weights = state
+    points, centres, axes = body[0], body[2], body[3]
+    _, _, directions, kinds, weights, picks = state
     forces[:, :] = 0.0
-    vertex = np.empty(6)
     total = 0.0
     for j in range(6):
         total += max(weights[j], 0.0) if kinds[j] == REAL else 0.0
     for j in range(6):
         if kinds[j] != REAL or weights[j] <= 0.0:
             continue
-        u = directions[j]
-        support(u, points, starts, centres, axes, balls, zero, shift, score, choice, vertex)
-        for i in range(choice.shape[0]):
-            pick = choice[i]
+        for i in range(picks.shape[1]):
+            pick = picks[j, i]
             if pick == -1:
                 continue
             contact = owners[pick] if pick >= 0 else ball_owners[-2 - pick]
-            add_atom(u, points, centres, axes, pick, weights[j] / total, forces[contact])
+            add_atom(directions[j], points, centres, axes, pick, weights[j] / total,
+                     forces[contact])
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
@@ -212,29 +219,36 @@ def extent(body, size):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def reach(tasks, body, pads, stop, owners, ball_owners, forces):
-    """Return (status, value, lower, upper, critical) of the task set, smallest reach first."""
+    """Return (status, value, lower, upper, critical, sound) of the task set's smallest reach.
+
+    ``sound`` says that six well-conditioned vertices carry every task, as in no flat set.
+    """
     score, choice = np.empty(body[0].shape[1]), np.empty(body[1].shape[0] - 1, np.int64)
-    state = (np.empty((6, 6)), np.empty((6, 6)), np.empty((6, 6)), np.zeros(6, np.int64),
-             np.zeros(6))
+    state = new_state(choice.shape[0])
+    short = new_list(score.shape[0], choice.shape[0])
     size, task = np.empty(6), np.empty(6)
     extent(body, size)
     value, lower, upper, critical = np.inf, np.inf, np.inf, -1
-    warm = False
+    warm, sound = False, True
     for j in range(tasks.shape[1]):
         for r in range(6):
             task[r] = tasks[r, j]
-        status, q, low, high = shoot(state, warm, task, size, body, pads, stop, score, choice)
+        status, q, low, high = shoot(
+            state, warm, task, size, body, pads, stop, score, choice, short)
         if status == CAPPED:
-            return CAPPED, q, low, high, j
+            return CAPPED, q, low, high, j, False
         warm = status == SOLVED
         for r in range(6):
             warm = warm and state[3][r] != ARTIFICIAL
+            for c in range(6):
+                sound = sound and abs(state[1][r, c]) * size[c] < STEEP
+        sound = sound and warm
         lower, upper = min(lower, low), min(upper, high)
         if q < value:
             value, critical = q, j
             if status == SOLVED:
-                collect(state, value, body, owners, ball_owners, score, choice, forces)
+                collect(state, body, owners, ball_owners, forces)
             else:
                 forces[:, :] = 0.0
-                return ZERO, 0.0, 0.0, high, j
-    return SOLVED, value, lower, upper, critical
+                return ZERO, 0.0, 0.0, high, j, False
+    return SOLVED, value, lower, upper, critical, sound

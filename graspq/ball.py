@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from graspq.errors import GraspError, as_number
 from graspq.sets import Packed, as_bound, pack
 

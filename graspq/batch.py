@@ -62,24 +62,26 @@ def task_scaling_batch(
     if not shared and len(tasks) != count:
         raise GraspError(f"tasks: expected one array (6, m) or a list of {count} of them, one"
                          f" per grasp, got {len(tasks)}")
-    sets = [as_tasks(tasks)] if shared else _task_sets(tasks)
+    wanted, ends = (as_tasks(tasks), None) if shared else _task_sets(tasks)
     out = np.zeros((count, 5))
     flat = _flatten(grasps) if unloading else None
     left = range(count)
     if flat is not None:
         from graspq._batch import reach_many
 
-        wanted = np.ascontiguousarray(np.concatenate(sets, axis=1))
-        ends = np.cumsum([0] + [t.shape[1] for t in sets])
-        begins = np.zeros(count, dtype=np.int64) if shared else ends[:-1]
-        ends = np.full(count, wanted.shape[1]) if shared else ends[1:]
+        if ends is None:
+            begins = np.zeros(count, dtype=np.int64)
+            stops = np.full(count, wanted.shape[1], dtype=np.int64)
+        else:
+            begins, stops = ends[:-1], ends[1:]
         stop = 0.2 * tol if tol > 1e-9 else 1e-12
         _spread(count, workers, lambda low, high: reach_many(
-            *flat, bound == "l1", wanted, begins, ends, low, high, stop, out))
+            *flat, bound == "l1", wanted, begins, stops, low, high, stop, out))
         left = np.flatnonzero(out[:, 0] > 1)
 
     def one(g: int) -> None:
-        s = task_scaling(grasps[g], sets[0 if shared else g], bound, unloading, tol=tol)
+        own = wanted if ends is None else wanted[:, ends[g]:ends[g + 1]]
+        s = task_scaling(grasps[g], own, bound, unloading, tol=tol)
         out[g] = 0, s.value, s.lower, s.upper, s.critical_task
 
     _each(left, workers, one)
@@ -144,34 +146,48 @@ def _count(grasps: Any) -> int:
 
 def _flatten(grasps: Sequence[Any]) -> _Flat | None:
     """All grasps as one array, or None when a grasp needs the single functions' care."""
-    sets = [w for grasp in grasps for w in grasp]
-    plain = all(type(w) is np.ndarray and w.ndim == 2 and w.shape[0] == 6 and w.shape[1] > 0
-                for w in sets)
-    if not plain or any(len(grasp) == 0 for grasp in grasps):
+    try:
+        sizes = [len(grasp) for grasp in grasps]
+        sets = [w for grasp in grasps for w in grasp]
+        columns = np.concatenate(sets, axis=1)
+        widths = np.array([w.shape[1] for w in sets], dtype=np.int64)
+    except (TypeError, ValueError, AttributeError, IndexError):
         return None
-    columns = np.concatenate(sets, axis=1, dtype=float)
-    if not np.isfinite(columns).all():
+    if columns.ndim != 2 or columns.shape[0] != 6 or columns.dtype.kind not in "fiu" or (
+        min(sizes) == 0 or widths.min() == 0
+    ):
         return None
-    widths = np.array([w.shape[1] for w in sets], dtype=np.int64)
-    first = np.concatenate([[0], np.cumsum(widths)])
-    contacts = np.concatenate([[0], np.cumsum([len(grasp) for grasp in grasps])])
-    return _Flat(np.ascontiguousarray(columns), widths, first, contacts)
+    columns = np.ascontiguousarray(columns, dtype=float)
+    # The sum of magnitudes is finite when every entry is, short of 1e308.
+    if not np.isfinite(np.abs(columns).sum()):
+        return None
+    first, contacts = np.zeros(len(sets) + 1, np.int64), np.zeros(len(sizes) + 1, np.int64)
+    np.cumsum(widths, out=first[1:])
+    np.cumsum(sizes, out=contacts[1:])
+    return _Flat(columns, widths, first, contacts)
 
 
-def _task_sets(tasks: Any) -> list[np.ndarray]:
-    """The task sets of every grasp; checked one by one only when something is odd."""
-    if all(type(t) is np.ndarray and t.ndim == 2 and t.shape[0] == 6 and t.shape[1] > 0
-           and t.dtype == np.float64 for t in tasks):
+def _task_sets(tasks: Any) -> tuple[np.ndarray, np.ndarray]:
+    """All task sets side by side and where each ends; looked at singly when something is odd."""
+    try:
         every = np.concatenate(tasks, axis=1)
-        if np.isfinite(every).all() and every.any(axis=0).all():
-            return list(tasks)
-    sets = []
-    for g, task in enumerate(tasks):
-        try:
-            sets.append(as_tasks(task))
-        except GraspError as error:
-            raise GraspError(f"tasks[{g}]: {error}") from error
-    return sets
+        widths = [t.shape[1] for t in tasks]
+    except (TypeError, ValueError, AttributeError, IndexError):
+        every, widths = np.zeros((0, 0)), [0]
+    if every.ndim != 2 or every.shape[0] != 6 or every.dtype != np.float64 or (
+        min(widths) == 0 or not (np.abs(every).sum(axis=0) > 0.0).all()
+        or not np.isfinite(every).all()
+    ):
+        sets = []
+        for g, task in enumerate(tasks):
+            try:
+                sets.append(as_tasks(task))
+            except GraspError as error:
+                raise GraspError(f"tasks[{g}]: {error}") from error
+        every, widths = np.concatenate(sets, axis=1), [t.shape[1] for t in sets]
+    ends = np.zeros(len(widths) + 1, dtype=np.int64)
+    np.cumsum(widths, out=ends[1:])
+    return np.ascontiguousarray(every), ends
 
 
 def _workers(workers: int | None) -> int:

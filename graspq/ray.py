@@ -10,7 +10,6 @@ from graspq._batch import reach_one
 from graspq._flat import spread
 from graspq._line import EMPTY, between
 from graspq._ray import CAPPED, SOLVED, ZERO, reach
-from graspq.errors import GraspError
 from graspq.scaling import FLAT, INFEASIBLE, UNREACHABLE, TaskScaling, infeasible, nothing
 from graspq.sets import Packed
 
@@ -69,7 +68,7 @@ def scale_by_ray(packed: Packed, tasks: np.ndarray, tol: float) -> TaskScaling:
             tasks = settled
     forces = np.zeros((packed.contacts, 6))
     if body[5]:
-        status, value, lower, upper, j = reach(
+        status, value, lower, upper, j, _ = reach(
             tasks, body, pads, stop, packed.owners, packed.ball_owners, forces)
     else:
         status, value, lower, upper, j = between(tasks, inner, size, body, pads, stop,
