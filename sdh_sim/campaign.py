@@ -1,4 +1,4 @@
-"""A run of many trials: worker processes, a table saved as it grows, an orderly stop."""
+"""A run of many trials: every finished one kept at once, an orderly stop, a way to go on."""
 
 from __future__ import annotations
 
@@ -7,17 +7,24 @@ import datetime
 import os
 import signal
 import time
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from sdh_sim import records
 from sdh_sim.run_folder import Job, RunError, RunFolder, RunPlan, machine, versions
+from sdh_sim.run_lock import run_lock
 from sdh_sim.settings import SettingsError
-from sdh_sim.workers import Done, Stopped, TrialFunction, Work, WorkerDied, run_jobs, stop_signals
+from sdh_sim.stopping import Stopped, StopSignals
+from sdh_sim.trial_store import TrialStore
+from sdh_sim.workers import Done, Executor, TrialFunction, Work, WorkerDied, run_jobs
 
 RERUN = ("all", "failures", "none")
+EXECUTORS = ("processes", "dask")
+LIVE_ROWS = 50_000  # a table up to here (10 s to write) follows the run and is made at a Ctrl-C
+HOPELESS = 10  # errors before any other outcome that stop the run: something is broken for all
 
 OnTrial = Callable[[records.Row], None]
 
@@ -40,8 +47,8 @@ class Interrupted(CampaignError):
     """The user, or the system, asked the run to stop; status is 128 plus the signal's number."""
 
 
-class _TrialFailed(Exception):
-    """A worker sent an error in place of a row."""
+class _Refused(Exception):
+    """A worker could not do its part for a reason that is not the trial's."""
 
     def __init__(self, job: Job, done: Done) -> None:
         where = f"trial {job.trial} ({job.settings.object}, seed {job.seed})"
@@ -49,8 +56,20 @@ class _TrialFailed(Exception):
         self.done = done
 
 
+class _Hopeless(Exception):
+    """Every trial so far ended as an error."""
+
+    def __init__(self, job: Job, done: Done, count: int) -> None:
+        super().__init__(f"all trials failed ({count}, each tried twice), the last: {done.error}")
+        self.done = done
+
+
 class _SaveFailed(Exception):
-    """The table could not be written; ``__cause__`` is the OSError."""
+    """Finished trials could not be written; ``__cause__`` is the OSError."""
+
+    def __init__(self, lost: int) -> None:
+        super().__init__()
+        self.lost = lost
 
 
 @dataclass
@@ -58,14 +77,22 @@ class RunResult:
     """What a run gave.
 
     Attributes:
-        rows: every finished trial, this session's and earlier ones', by trial number.
+        counts: finished trials, this session's and earlier ones', by object and failure.
         sim_seconds: simulated time of this session's trials by object [s].
         wall_seconds: time that workers spent on them by object [s].
     """
 
-    rows: dict[int, records.Row] = field(default_factory=dict)
+    counts: Counter[tuple[str, str]] = field(default_factory=Counter)
     sim_seconds: dict[str, float] = field(default_factory=dict)
     wall_seconds: dict[str, float] = field(default_factory=dict)
+
+    def failures(self, *objects: str) -> Counter[str]:
+        """Trials on these objects (none named: on all) by failure."""
+        total = Counter[str]()
+        for (name, failure), count in self.counts.items():
+            if not objects or name in objects:
+                total[failure] += count
+        return total
 
 
 def default_workers() -> int:
@@ -82,70 +109,119 @@ def run_campaign(
     *,
     resume: bool = False,
     overwrite: bool = False,
+    retry_errors: bool = False,
     rerun: str = "none",
+    executor: str = "processes",
+    scheduler: str | None = None,
+    on_start: Callable[[RunResult], None] | None = None,
     on_trial: OnTrial | None = None,
     command: str = "",
     save_every: float = 5.0,
     trial: TrialFunction | None = None,
 ) -> RunResult:
-    """Run the trials that the folder lacks, in ``workers`` processes, and keep them there.
+    """Run the trials that the folder lacks and keep each as soon as it has finished.
 
-    The table's bytes depend on the plan alone: not on the number of workers, nor on interruptions.
-    Workers import the calling script anew: it must start the run below ``if __name__ ==
+    The table's bytes depend on the plan alone: not on where trials run or how many at a time, nor
+    on interruptions. A trial that raises, or whose process dies, is run once more and then is a
+    row with the failure ``error``, its traceback in ``errors/``; the run goes on.
+
+    Worker processes import the calling script anew: it must start the run below ``if __name__ ==
     "__main__":``, as Python's multiprocessing asks.
 
     Args:
         plan: what to run; with ``resume`` it may ask for more trials than the run had.
         out: folder of the run.
-        workers: number of processes.
+        workers: number of processes; a cluster (``scheduler``) has its own.
         resume: continue the run in ``out`` (a folder without a run starts one).
         overwrite: replace the run in ``out``.
+        retry_errors: with ``resume``, run trials that ended as ``error`` again.
         rerun: which trials leave a rerun recording: ``all``, ``failures`` or ``none``.
-        on_trial: called with each finished row, earlier sessions' first.
+        executor: what runs trials: ``processes``, or ``dask`` (the extra ``distributed``).
+        scheduler: for ``dask``: address of a running scheduler, or its scheduler file; None starts
+            a scheduler and ``workers`` processes on this machine.
+        on_start: called once with what earlier sessions finished.
+        on_trial: called with each row of this session when it is on the disk.
         command: command line to keep in ``run.json``.
-        save_every: shortest time between two writes of the table [s].
+        save_every: shortest time between two writes of the table while the run goes on [s].
         trial: what runs one trial: ``sdh_sim.trial.run_trial``, or a module-level stand-in.
 
     Raises:
         RunError, SettingsError: the folder or an argument cannot be used; nothing was changed.
         Interrupted: Ctrl-C or SIGTERM; finished trials are kept.
-        CampaignError: a worker died or a trial raised; finished trials are kept.
+        CampaignError: the disk refused, no worker starts or every trial fails; finished trials
+            are kept.
     """
     if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
         raise SettingsError(f"workers: got {workers!r}; give a whole number of at least 1")
     if rerun not in RERUN:
         raise SettingsError(f"rerun: got {rerun!r}; choose one of {', '.join(RERUN)}")
+    if executor not in EXECUTORS:
+        raise SettingsError(f"executor: got {executor!r}; choose one of {', '.join(EXECUTORS)}")
+    if scheduler is not None and executor != "dask":
+        raise SettingsError(f"scheduler: got {scheduler!r}; it needs --executor dask")
     if resume and overwrite:
         raise SettingsError("--resume and --overwrite exclude each other; give one of them")
-    keeper = _open(plan, RunFolder(out), resume, overwrite)
-    rows = keeper.result.rows
-    if on_trial is not None:
-        for number in sorted(rows):
-            on_trial(rows[number])
-    finished = frozenset(rows)
-    jobs = (job for job in plan.jobs() if job.trial not in finished)
-    workers = min(workers, max(plan.total - len(finished), 1))
-    keeper.begin(command, workers, rerun)
-    work = Work(trial, rerun, keeper.folder)
-    broken_by: BaseException | None = None
-    with stop_signals() as ignore_further:
+    if retry_errors and not resume:
+        raise SettingsError("--retry-errors continues a run; give --resume with it")
+    if executor == "dask":
+        from sdh_sim import cluster  # raises SettingsError where the extra is missing
+
+        cluster.check(scheduler)
+    folder = RunFolder(out)
+    folder.make()
+    with contextlib.ExitStack() as stack:
         try:
-            with contextlib.closing(run_jobs(jobs, workers, work)) as outcomes:
-                for job, done in outcomes:
-                    row = keeper.add(job, done)
-                    if on_trial is not None:
-                        on_trial(row)
-                    keeper.save_if_due(save_every)
+            stack.enter_context(run_lock(folder.lock))
+        except OSError as error:
+            raise folder.write_error(error) from error
+        keeper = _open(plan, folder, resume, overwrite, retry_errors)
+        if on_start is not None:
+            on_start(keeper.result)
+        todo = plan.total - keeper.store.kept
+        workers = min(workers, max(todo, 1))
+        keeper.begin(command, workers, rerun, executor)
+        stop = stack.enter_context(StopSignals())
+        broken_by: BaseException | None = None
+        try:
+            if todo:
+                work = Work(trial, rerun, folder, versions() if scheduler is not None else None)
+                runs = _executor(executor, workers, work, scheduler)
+                jobs = (plan.job(int(n)) for n in _missing(keeper.store))
+                with contextlib.closing(run_jobs(jobs, runs)) as outcomes:
+                    for batch in outcomes:
+                        with stop.held():
+                            rows = keeper.add(batch)
+                        if on_trial is not None:
+                            for row in rows:
+                                on_trial(row)
+                        keeper.save_if_due(save_every)
+                keeper.check_hope()
         except BaseException as error:
             broken_by = error
-        ignore_further()
+        stop.ignore_further()
         keeper.close(broken_by)
     return keeper.result
 
 
-def _open(plan: RunPlan, folder: RunFolder, resume: bool, overwrite: bool) -> _Keeper:
+def _missing(store: TrialStore) -> Iterator[int]:
+    # Looked up as they are needed: a list of a million numbers would be the largest thing here.
+    return (number for number in range(len(store.done)) if not store.done[number])
+
+
+def _executor(name: str, workers: int, work: Work, scheduler: str | None) -> Executor:
+    if name == "dask":
+        from sdh_sim.cluster import DaskExecutor
+
+        return DaskExecutor(workers, work, scheduler)
+    from sdh_sim.processes import ProcessExecutor
+
+    return ProcessExecutor(workers, work)
+
+
+def _open(
+    plan: RunPlan, folder: RunFolder, resume: bool, overwrite: bool, retry_errors: bool
+) -> _Keeper:
     sessions: list[dict[str, Any]] = []
-    rows: dict[int, records.Row] = {}
     if resume and folder.holds_run():
         stored = folder.read_plan()
         if changes := plan.changes_from(stored):
@@ -158,35 +234,40 @@ def _open(plan: RunPlan, folder: RunFolder, resume: bool, overwrite: bool) -> _K
                 f"{folder.path} is a run of {stored.trials} trials per object; --trials "
                 f"{plan.trials} would drop some: give {stored.trials} or more"
             )
-        rows = folder.read_rows(plan)
         history = folder.read_info().get("sessions")
         sessions = history if isinstance(history, list) else []
     else:
-        folder.create(overwrite)
-    return _Keeper(plan, folder, sessions, RunResult(rows=rows))
+        folder.clear(overwrite)
+    try:
+        folder.renumber_files(plan)
+        store = folder.open_store(plan, retry_errors)
+    except OSError as error:
+        raise folder.write_error(error) from error
+    return _Keeper(plan, folder, sessions, store)
 
 
 class _Keeper:
-    """Owns the finished rows and what of them is on disk."""
+    """Owns what of the run is on disk."""
 
     def __init__(
-        self, plan: RunPlan, folder: RunFolder, sessions: list[dict[str, Any]], result: RunResult
+        self, plan: RunPlan, folder: RunFolder, sessions: list[dict[str, Any]], store: TrialStore
     ) -> None:
         self.plan = plan
         self.folder = folder
-        self.result = result
+        self.store = store
+        self.result = RunResult(counts=store.counts)
         self._sessions = sessions
         self._session: dict[str, Any] = {}
-        self._saved = len(result.rows)
-        self._save_seconds = 0.0
+        self._errors: list[tuple[Job, Done]] = []
         self._started = self._last_save = time.monotonic()
 
-    def begin(self, command: str, workers: int, rerun: str) -> None:
-        """Open this session in run.json and write the table, which proves that both can be."""
+    def begin(self, command: str, workers: int, rerun: str, executor: str) -> None:
+        """Open this session in run.json; write a first table, which proves that both can be."""
         now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
         self._session = {
             "started": now,
             "command": command,
+            "executor": executor,
             "workers": workers,
             "rerun": rerun,
             "versions": versions(),
@@ -199,62 +280,96 @@ class _Keeper:
         self._sessions.append(self._session)
         try:
             self.folder.write_info(self.plan, self._sessions)
-            self._write_table()
+            if self.store.kept <= LIVE_ROWS:
+                self.store.compact()
         except OSError as error:
             raise self.folder.write_error(error) from error
 
-    def add(self, job: Job, done: Done) -> records.Row:
-        """Keep a finished trial; raises _TrialFailed where the worker sent an error."""
-        if done.row is None:
-            raise _TrialFailed(job, done)
+    def add(self, batch: list[tuple[Job, Done]]) -> list[records.Row]:
+        """Keep finished trials; they are on the disk when this returns.
+
+        Errors wait in memory until a trial ends otherwise: a run in which something is broken for
+        all keeps no rows, and runs all its trials again when it is mended.
+        """
+        good = [(job, done) for job, done in batch if done.row is not None]
+        refused = [(job, done) for job, done in batch if done.refused]
+        self._errors += [(j, d) for j, d in batch if d.row is None and not d.refused]
+        rows: list[records.Row] = []
+        try:
+            if good or any(failure != "error" for _, failure in self.store.counts):
+                for job, done in self._errors:
+                    self.folder.write_error_file(job, done.details or done.error + "\n")
+                rows += [_error_row(job) for job, _ in self._errors]
+                self._errors = []
+            for job, done in good:
+                if done.diverged is not None:
+                    self.folder.write_state(job, done.diverged)
+                assert done.row is not None
+                rows.append(done.row)
+            if rows:
+                self.store.append(rows)
+        except OSError as error:
+            raise _SaveFailed(len(batch)) from error
+        for job, done in good:
+            self._count(job, done)
+        if refused:
+            raise _Refused(*refused[0])
+        if len(self._errors) >= HOPELESS:
+            self.check_hope()
+        return rows
+
+    def _count(self, job: Job, done: Done) -> None:
         result, name = self.result, job.settings.object
-        result.rows[job.trial] = done.row
+        assert done.row is not None
         for sums, seconds in (
             (result.sim_seconds, done.row["sim_seconds"] or 0.0),
             (result.wall_seconds, done.wall_seconds),
         ):
             sums[name] = sums.get(name, 0.0) + seconds
-        return done.row
+
+    def check_hope(self) -> None:
+        """Raise where every trial so far ended as an error."""
+        if self._errors:
+            raise _Hopeless(*self._errors[-1], len(self._errors))
 
     def save_if_due(self, every: float) -> None:
-        """Write the table when it is time; a big table is written less often."""
-        if time.monotonic() - self._last_save >= max(every, 20.0 * self._save_seconds):
+        """Bring the table up to date each time the run has doubled."""
+        new = self.store.in_shards
+        if self.store.kept <= LIVE_ROWS and 2 * new >= self.store.kept:
+            if time.monotonic() - self._last_save < every:
+                return
             try:
-                self._write_table()
+                self.store.compact()
             except OSError as error:
-                raise _SaveFailed from error
-
-    def _write_table(self) -> None:
-        start = time.monotonic()
-        records.write_rows(self.result.rows.values(), self.folder.table)
-        self._saved = len(self.result.rows)
-        self._last_save = time.monotonic()
-        self._save_seconds = self._last_save - start
+                raise _SaveFailed(0) from error
+            self._last_save = time.monotonic()
 
     def close(self, cause: BaseException | None) -> None:
-        """Save everything and turn the cause of an early end into the error to raise."""
+        """Bring all into the table and turn the cause of an early end into the error to raise."""
         if cause is None:
             state = "finished"
         else:
             state = "interrupted" if isinstance(cause, KeyboardInterrupt) else "broken off"
         self._session.update(
             state=state,
-            trials=len(self.result.rows),
+            trials=self.store.kept,
             wall_seconds=round(time.monotonic() - self._started, 3),
             trial_wall_seconds={k: round(v, 3) for k, v in self.result.wall_seconds.items()},
         )
-        refused = cause.__cause__ if isinstance(cause, _SaveFailed) else None
+        lost, refused = 0, None
+        if isinstance(cause, _SaveFailed):
+            lost, refused = cause.lost, cause.__cause__
         try:
-            self._write_table()
+            if refused is None and (cause is None or self.store.kept <= LIVE_ROWS):
+                self.store.compact()
             self.folder.write_info(self.plan, self._sessions)
         except OSError as error:
-            refused = error
+            refused = refused or error
         if isinstance(refused, OSError):
-            lost = len(self.result.rows) - self._saved
             raise CampaignError(
                 f"cannot write to {self.folder.path}: {refused.strerror or refused}; {self._kept()}"
-                f"{f', {lost} finished later are lost' if lost else ''}; make room, then continue "
-                f"with: {self.folder.resume_command}",
+                f"{f', the last {lost} are lost' if lost else ''}; make room, then continue with: "
+                f"{self.folder.resume_command}",
                 status=2,
             ) from refused
         if cause is not None:
@@ -267,10 +382,24 @@ class _Keeper:
             return Interrupted(f"interrupted: {way_on}", status=128 + number)
         if isinstance(cause, WorkerDied):
             return CampaignError(f"{cause}; {way_on}")
-        if isinstance(cause, _TrialFailed):
-            status = 2 if cause.done.disk else 1
-            return CampaignError(f"{cause}; {way_on}", status, cause.done.details)
+        if isinstance(cause, _Hopeless):
+            return CampaignError(f"{cause}; {way_on}", 1, cause.done.details)
+        if isinstance(cause, _Refused):
+            return CampaignError(f"{cause}; {way_on}", 2, cause.done.details)
         return cause
 
     def _kept(self) -> str:
-        return f"{self._saved} of {self.plan.total} trials are kept in {self.folder.table}"
+        where = self.folder.path if self.store.in_shards else self.folder.table
+        return f"{self.store.kept} of {self.plan.total} trials are kept in {where}"
+
+
+def _error_row(job: Job) -> records.Row:
+    return records.normalise(
+        {
+            "trial": job.trial,
+            "object": job.settings.object,
+            "seed": job.seed,
+            "success": False,
+            "failure": "error",
+        }
+    )

@@ -23,7 +23,10 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-_OPTIONS = ("object", "trials", "seed", "workers", "rerun", "torque_limit")
+_OPTIONS = (
+    *("object", "trials", "seed", "workers", "rerun", "torque_limit"),
+    *("executor", "scheduler"),
+)
 
 
 def _version(wanted: bool) -> None:
@@ -150,6 +153,24 @@ def lift(
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace the run in --out.")
     ] = False,
+    retry_errors: Annotated[
+        bool,
+        typer.Option("--retry-errors", help="With --resume: run trials again that ended as error."),
+    ] = False,
+    executor: Annotated[
+        str | None,
+        typer.Option(
+            help="What runs the trials: processes or dask (see also --scheduler).",
+            show_default="processes",
+        ),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            help="Address or scheduler file of a running Dask cluster.",
+            show_default="a cluster on this machine",
+        ),
+    ] = None,
 ) -> None:
     """Run random grasp-and-lift trials.
 
@@ -187,6 +208,9 @@ def lift(
         rerun=rerun,
         resume=resume,
         overwrite=overwrite,
+        retry_errors=retry_errors,
+        executor=executor,
+        scheduler=scheduler,
         command=shlex.join(["sdh-sim", *sys.argv[1:]]),
     )
 

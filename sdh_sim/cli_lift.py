@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -56,6 +56,9 @@ def lift(
     rerun: str | None = None,
     resume: bool = False,
     overwrite: bool = False,
+    retry_errors: bool = False,
+    executor: str | None = None,
+    scheduler: str | None = None,
     command: str = "",
 ) -> None:
     """Run the trials asked for with a progress bar, then print what came out."""
@@ -68,19 +71,30 @@ def lift(
             f"{stored.trials})",
             soft_wrap=True,
         )
-    with _progress(plan) as on_trial:
+    with _progress(plan) as (on_start, on_trial):
         result = run_campaign(
             plan,
             out,
             default_workers() if workers is None else workers,
             resume=resume,
             overwrite=overwrite,
+            retry_errors=retry_errors,
             rerun=rerun or "none",
+            executor=executor or "processes",
+            scheduler=scheduler,
+            on_start=on_start,
             on_trial=on_trial,
             command=command,
         )
     output().print(summary(plan.objects, result))
     output().print(f"table: {folder.table}", soft_wrap=True, markup=False, highlight=False)
+    if failed := result.failures()["error"]:
+        errors().print(
+            f"note: {failed} trials ended as error, see {folder.errors}; run them again with: "
+            f"{folder.resume_command} --retry-errors",
+            soft_wrap=True,
+            markup=False,
+        )
 
 
 def make_plan(asked: Asked, stored: RunPlan | None) -> RunPlan:
@@ -104,10 +118,17 @@ def make_plan(asked: Asked, stored: RunPlan | None) -> RunPlan:
 
 
 @contextlib.contextmanager
-def _progress(plan: RunPlan) -> Iterator[OnTrial]:
-    """A bar on a terminal, a line at every tenth of the run elsewhere; both on stderr."""
+def _progress(plan: RunPlan) -> Iterator[tuple[Callable[[RunResult], None], OnTrial]]:
+    """A bar on a terminal, a line at every tenth of the run elsewhere; both on stderr.
+
+    Yields what takes the count of earlier sessions and what takes each new row.
+    """
     console = errors()
     done = Counter[bool]()
+
+    def start(result: RunResult) -> None:
+        for failure, count in result.failures().items():
+            done[failure == "none"] += count
 
     if not console.is_terminal:
 
@@ -117,7 +138,7 @@ def _progress(plan: RunPlan) -> Iterator[OnTrial]:
             if total * 10 // plan.total > (total - 1) * 10 // plan.total:
                 console.print(f"{total}/{plan.total} trials, {done[True]} succeeded")
 
-        yield count
+        yield start, count
         return
 
     bar = Progress(
@@ -136,28 +157,27 @@ def _progress(plan: RunPlan) -> Iterator[OnTrial]:
             done[row["success"]] += 1
             bar.update(task, completed=done.total(), succeeded=done[True])
 
-        yield advance
+        yield start, advance
 
 
 def summary(objects: Iterable[str], result: RunResult) -> Table:
     """Per object: trials, successes, simulated seconds per worker second, how trials failed."""
     table = plain_table("object", "trials", "success", "sim s / wall s", "failures", text=(0, 4))
-    groups = {name: [r for r in result.rows.values() if r["object"] == name] for name in objects}
-    for name, rows in groups.items():
-        table.add_row(name, *_summary_cells(rows, result, [name]))
-    if len(groups) > 1:
-        every = list(result.rows.values())
+    names = list(objects)
+    for name in names:
+        table.add_row(name, *_summary_cells(result, [name]))
+    if len(names) > 1:
         table.add_section()
-        table.add_row("all", *_summary_cells(every, result, list(groups)))
+        table.add_row("all", *_summary_cells(result, names))
     return table
 
 
-def _summary_cells(rows: list[Row], result: RunResult, objects: list[str]) -> list[str]:
-    modes = Counter(row["failure"] for row in rows)
-    good = modes.pop("none", 0)
-    share = f"{good} ({100 * good / len(rows):.0f} %)" if rows else "-"
-    named = [f"{mode} {modes[mode]}" for mode in FAILURES if modes[mode]]
+def _summary_cells(result: RunResult, objects: list[str]) -> list[str]:
+    modes = result.failures(*objects)
+    total, good = modes.total(), modes["none"]
+    share = f"{good} ({100 * good / total:.0f} %)" if total else "-"
+    named = [f"{mode} {modes[mode]}" for mode in FAILURES if mode != "none" and modes[mode]]
     simulated = sum(result.sim_seconds.get(name, 0.0) for name in objects)
     wall = sum(result.wall_seconds.get(name, 0.0) for name in objects)
     speed = f"{simulated / wall:.1f}" if wall > 0 else "-"
-    return [str(len(rows)), share, speed, ", ".join(named) or "-"]
+    return [str(total), share, speed, ", ".join(named) or "-"]

@@ -1,143 +1,39 @@
-"""The folder of a run: what was asked for (``run.json``) beside what came out (``trials.parquet``).
-
-A run is decided by its plan: objects, settings, trials per object, seed. The plan alone gives
-every trial's number and seed, so that an interrupted run continues to the same table.
-"""
+"""The folder of a run: what was asked for (``run.json``), what came out (``trials.parquet``)."""
 
 from __future__ import annotations
 
-import dataclasses
 import importlib.metadata
+import io
 import json
 import platform
+import re
 import shlex
 import sys
-import zlib
+import zipfile
 from collections.abc import Iterator
-from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from sdh_sim import records
+from sdh_sim import records, trial_store
 from sdh_sim.atomic import write_atomic
-from sdh_sim.settings import SettingsError, TrialSettings
+from sdh_sim.run_plan import (
+    MAX_TRIALS,
+    SEED_RULE,
+    Job,
+    RunError,
+    RunPlan,
+    trial_seed,
+)
+from sdh_sim.settings import SettingsError
+from sdh_sim.shards import shard_files
+
+__all__ = ["MAX_TRIALS", "Job", "RunError", "RunFolder", "RunPlan", "trial_seed", "versions"]
 
 FORMAT = 1
-MAX_TRIALS = 1_000_000
-SEED_RULE = (
-    "numpy SeedSequence([seed, crc32(object name), index within the object])"
-    ".generate_state(1, uint64)[0] >> 1"
-)
 _PACKAGES = ("sdh-sim", "mujoco", "numpy", "scipy", "mink", "osqp", "pyarrow", "rerun-sdk")
-
-
-class RunError(ValueError):
-    """A run folder or plan that cannot be used; the message is one line with a way out."""
-
-
-def trial_seed(run_seed: int, object_name: str, index: int) -> int:
-    """Seed of an object's trial ``index``; the same whatever other objects the run has."""
-    entropy = [run_seed, zlib.crc32(object_name.encode()), index]
-    return int(np.random.SeedSequence(entropy).generate_state(1, np.uint64)[0] >> np.uint64(1))
-
-
-@dataclass(frozen=True)
-class Job:
-    """One trial to run: its number in the run, number within its object, seed and settings."""
-
-    trial: int
-    index: int
-    seed: int
-    settings: TrialSettings
-
-
-@dataclass(frozen=True)
-class RunPlan:
-    """What a run is asked to do.
-
-    Attributes:
-        objects: names of the objects, in the order of the table.
-        settings: settings of every trial (its ``object`` is replaced by each name in turn).
-        trials: trials per object.
-        seed: seed of the run, not negative.
-
-    Raises:
-        SettingsError: a number out of range, no object, or one object twice.
-    """
-
-    objects: tuple[str, ...]
-    settings: TrialSettings
-    trials: int
-    seed: int
-
-    def __post_init__(self) -> None:
-        _whole("trials", self.trials, 1, MAX_TRIALS)
-        _whole("seed", self.seed, 0, 2**63 - 1)
-        if not self.objects or len(set(self.objects)) != len(self.objects):
-            raise SettingsError(f"objects: got {list(self.objects)}; give each object once")
-
-    @property
-    def total(self) -> int:
-        """Number of trials of the whole run."""
-        return self.trials * len(self.objects)
-
-    def job(self, trial: int) -> Job:
-        """The trial of that number: object k has the numbers k n … k n + n - 1."""
-        if not 0 <= trial < self.total:
-            raise RunError(f"trial {trial} is not in the run; it has trials 0 to {self.total - 1}")
-        which, index = divmod(trial, self.trials)
-        name = self.objects[which]
-        settings = dataclasses.replace(self.settings, object=name)
-        return Job(trial, index, trial_seed(self.seed, name, index), settings)
-
-    def jobs(self) -> Iterator[Job]:
-        """Every trial of the run in the order of their numbers."""
-        return (self.job(trial) for trial in range(self.total))
-
-    def changes_from(self, stored: RunPlan) -> list[str]:
-        """What differs from another plan, by name; more trials are no change."""
-        mine, theirs = self.to_dict(), stored.to_dict()
-        flat = [{**plan.pop("settings"), **plan} for plan in (mine, theirs)]
-        return [
-            f"{name} (run: {_show(flat[1].get(name))}, asked: {_show(flat[0][name])})"
-            for name in flat[0]
-            if name != "trials" and flat[0][name] != flat[1].get(name)
-        ]
-
-    def to_dict(self) -> dict[str, Any]:
-        """The plan as plain JSON values."""
-        settings = self.settings.to_dict()
-        settings.pop("object")
-        return {
-            "objects": list(self.objects),
-            "trials": self.trials,
-            "seed": self.seed,
-            "settings": settings,
-        }
-
-    @classmethod
-    def from_dict(cls, data: dict[str, Any]) -> RunPlan:
-        """The plan that ``to_dict`` gave; raises SettingsError or KeyError, TypeError."""
-        names = data["objects"]
-        if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-            raise SettingsError(f"objects: got {names!r}; expected a list of names")
-        objects = tuple(names)
-        first = objects[0] if objects else ""
-        settings = TrialSettings.from_dict({**data["settings"], "object": first})
-        return cls(objects, settings, data["trials"], data["seed"])
-
-
-def _whole(name: str, value: object, low: int, high: int) -> None:
-    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-        raise SettingsError(f"{name}: got {value!r}; allowed is a whole number {low} to {high}")
-
-
-def _show(value: object) -> str:
-    if isinstance(value, list):
-        return " ".join(str(v) for v in value)
-    return str(value)
 
 
 class RunFolder:
@@ -147,7 +43,11 @@ class RunFolder:
         path: the folder.
         table: its ``trials.parquet``.
         info: its ``run.json``.
+        shards: folder of trials finished since the table was written; gone when all are in it.
         recordings: folder of the rerun recordings, present only where some were asked for.
+        unstable: folder of the states in which simulations diverged, if any did.
+        errors: folder of the tracebacks of trials that ended as ``error``, if any did.
+        lock: file that a run locks while it writes here.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -158,7 +58,11 @@ class RunFolder:
         self.path = Path(path)
         self.table = self.path / "trials.parquet"
         self.info = self.path / "run.json"
+        self.shards = self.path / "shards"
         self.recordings = self.path / "recordings"
+        self.unstable = self.path / "unstable"
+        self.errors = self.path / "errors"
+        self.lock = self.path / "run.lock"
 
     @property
     def resume_command(self) -> str:
@@ -173,34 +77,45 @@ class RunFolder:
         """Whether a run's files are there, readable or not."""
         return self.table.exists() or self.info.exists()
 
-    def create(self, overwrite: bool = False) -> None:
+    def make(self) -> None:
+        """Make the folder itself; raises RunError where it cannot be."""
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise self.write_error(error) from error
+
+    def clear(self, overwrite: bool = False) -> None:
         """Make the folder ready for a new run; ``overwrite`` deletes an older run's own files.
 
         Raises:
             RunError: it holds a run and ``overwrite`` is not set, or it cannot be written.
         """
+        if self.holds_run() and not overwrite:
+            raise RunError(
+                f"{self.path} already holds a run; continue it with --resume, replace it with "
+                "--overwrite, or choose another --out"
+            )
         try:
-            if self.holds_run() and not overwrite:
-                raise RunError(
-                    f"{self.path} already holds a run; continue it with --resume, replace it with "
-                    "--overwrite, or choose another --out"
-                )
-            self.path.mkdir(parents=True, exist_ok=True)
             if overwrite:
                 self._delete_run()
         except OSError as error:
             raise self.write_error(error) from error
 
     def _delete_run(self) -> None:
-        # The table goes first: a crash between the two leaves a run of no trials, not a table
-        # without its settings.
-        own = [self.table, self.info]
-        own += [path.with_name(path.name + ".tmp") for path in own]
-        own += sorted(self.recordings.glob("*-[0-9][0-9][0-9][0-9][0-9][0-9].rrd"))
+        # The settings go last: a crash between two leaves a run of fewer trials, not trials
+        # without their settings.
+        number = "[0-9]" * 6
+        own = [*shard_files(self.shards), *self.shards.glob("*.arrow.tmp")]
+        own += [self.table, self.table.with_name(self.table.name + ".tmp")]
+        own += self.recordings.glob(f"*-{number}.rrd")
+        own += self.unstable.glob(f"trial_{number}.npz")
+        own += self.errors.glob(f"trial_{number}.txt")
+        own += [self.info, self.info.with_name(self.info.name + ".tmp")]
         for path in own:
             path.unlink(missing_ok=True)
-        if self.recordings.is_dir() and not any(self.recordings.iterdir()):
-            self.recordings.rmdir()
+        for folder in (self.shards, self.recordings, self.unstable, self.errors):
+            if folder.is_dir() and not any(folder.iterdir()):
+                folder.rmdir()
 
     def write_error(self, error: OSError) -> RunError:
         """The one line for a folder that the disk or the system refuses."""
@@ -246,32 +161,54 @@ class RunFolder:
             "--overwrite or another --out"
         )
 
-    def read_rows(self, plan: RunPlan) -> dict[int, records.Row]:
-        """Finished trials by number in ``plan``, which may have more trials than when they ran.
+    def finished(self, plan: RunPlan) -> Iterator[records.Row]:
+        """Finished trials in the order of their numbers in ``plan``, in the table or not yet.
+
+        The plan may have more trials than when they ran. A few thousand rows at most are in memory.
 
         Raises:
             RunError: the table is damaged, or holds trials that the plan does not make.
         """
-        if not self.table.exists():
-            return {}
-        try:
-            stored = records.read_rows(self.table)
-        except records.RecordError as error:
-            raise RunError(
-                f"{error}; repair it from a copy, or start again with --overwrite or another --out"
-            ) from error
-        numbers = {(job.settings.object, job.seed): job.trial for job in plan.jobs()}
-        rows: dict[int, records.Row] = {}
-        for row in stored:
-            trial = numbers.get((row["object"], row["seed"]))
-            if trial is None or trial in rows:
-                raise RunError(
-                    f"{self.table} holds trial {row['trial']} ({row['object']}, seed "
-                    f"{row['seed']}), which the settings in {self.info} do not make; start again "
-                    "with --overwrite or another --out"
-                )
-            rows[trial] = {**row, "trial": trial}
-        return rows
+        return trial_store.read_finished(self.table, shard_files(self.shards), plan)
+
+    def read_rows(self, plan: RunPlan) -> dict[int, records.Row]:
+        """All of ``finished`` by number."""
+        return {row["trial"]: row for row in self.finished(plan)}
+
+    def open_store(self, plan: RunPlan, retry_errors: bool = False) -> trial_store.TrialStore:
+        """The finished trials, to add to; raises as ``finished`` does, and OSError."""
+        return trial_store.TrialStore(self.table, self.shards, plan, retry_errors)
+
+    def write_error_file(self, job: Job, text: str) -> None:
+        """Keep the traceback of a trial that ended as ``error``; raises OSError."""
+        self.errors.mkdir(exist_ok=True)
+        head = f"{job.settings.object}, seed {job.seed}\n\n"
+        write_atomic(self.errors / f"trial_{job.trial:06d}.txt", (head + text).encode())
+
+    def write_state(self, job: Job, state: dict[str, np.ndarray]) -> None:
+        """Keep the state in which a simulation diverged, with object and seed; raises OSError."""
+        self.unstable.mkdir(exist_ok=True)
+        buffer = io.BytesIO()
+        of = {"object": np.array(job.settings.object), "seed": np.array(job.seed)}
+        np.savez_compressed(buffer, allow_pickle=False, **{**state, **of})
+        write_atomic(self.unstable / f"trial_{job.trial:06d}.npz", buffer.getvalue())
+
+    def renumber_files(self, plan: RunPlan) -> None:
+        """Name states and tracebacks by the numbers that ``plan`` gives their trials.
+
+        Each file says which trial it is of, so that a call after a kill in the middle finds its
+        way.
+        """
+        numbers = trial_store.Numbers(plan)
+        for folder, suffix in ((self.unstable, "npz"), (self.errors, "txt")):
+            name = "[0-9]" * 6 + "." + suffix
+            for path in folder.glob(f"trial_{name}"):
+                of = _trial_of(path)
+                number = numbers.find(*of, int(path.stem[6:])) if of else None
+                if number is not None and path.name != f"trial_{number:06d}.{suffix}":
+                    path.replace(path.with_name(f"moved_{number:06d}.{suffix}"))
+            for path in folder.glob(f"moved_{name}"):
+                path.replace(path.with_name(path.name.replace("moved", "trial")))
 
     def write_info(self, plan: RunPlan, sessions: list[dict[str, Any]]) -> None:
         """Keep the plan and the history of who ran it where; raises OSError."""
@@ -280,6 +217,20 @@ class RunFolder:
         write_atomic(self.info, text.encode())
 
 
+def _trial_of(path: Path) -> tuple[str, int] | None:
+    """Object and seed of a file that ``write_state`` or ``write_error_file`` made."""
+    try:
+        if path.suffix == ".npz":
+            with np.load(path, allow_pickle=False) as state:
+                return str(state["object"]), int(state["seed"])
+        with open(path, encoding="utf-8", errors="replace") as file:
+            found = re.match(r"(\S+), seed (\d+)$", file.readline().rstrip("\n"))
+        return (found[1], int(found[2])) if found else None
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile):
+        return None  # not ours, or damaged: it keeps its name
+
+
+@lru_cache(maxsize=1)
 def versions() -> dict[str, str]:
     """Versions of Python and of the packages that decide a trial's numbers."""
     found = {"python": platform.python_version()}

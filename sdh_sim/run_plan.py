@@ -1,0 +1,130 @@
+"""What a run is asked to do: objects, settings, trials per object, seed.
+
+The plan alone gives every trial's number and seed, so that an interrupted run continues to the
+same table.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sdh_sim.settings import SettingsError, TrialSettings
+
+MAX_TRIALS = 1_000_000
+SEED_RULE = (
+    "numpy SeedSequence([seed, crc32(object name), index within the object])"
+    ".generate_state(1, uint64)[0] >> 1"
+)
+
+
+class RunError(ValueError):
+    """A run folder or plan that cannot be used; the message is one line with a way out."""
+
+
+def trial_seed(run_seed: int, object_name: str, index: int) -> int:
+    """Seed of an object's trial ``index``; the same whatever other objects the run has."""
+    entropy = [run_seed, zlib.crc32(object_name.encode()), index]
+    return int(np.random.SeedSequence(entropy).generate_state(1, np.uint64)[0] >> np.uint64(1))
+
+
+@dataclass(frozen=True)
+class Job:
+    """One trial to run: its number in the run, number within its object, seed and settings."""
+
+    trial: int
+    index: int
+    seed: int
+    settings: TrialSettings
+
+
+@dataclass(frozen=True)
+class RunPlan:
+    """What a run is asked to do.
+
+    Attributes:
+        objects: names of the objects, in the order of the table.
+        settings: settings of every trial (its ``object`` is replaced by each name in turn).
+        trials: trials per object.
+        seed: seed of the run, not negative.
+
+    Raises:
+        SettingsError: a number out of range, no object, or one object twice.
+    """
+
+    objects: tuple[str, ...]
+    settings: TrialSettings
+    trials: int
+    seed: int
+
+    def __post_init__(self) -> None:
+        _whole("trials", self.trials, 1, MAX_TRIALS)
+        _whole("seed", self.seed, 0, 2**63 - 1)
+        if not self.objects or len(set(self.objects)) != len(self.objects):
+            raise SettingsError(f"objects: got {list(self.objects)}; give each object once")
+
+    @property
+    def total(self) -> int:
+        """Number of trials of the whole run."""
+        return self.trials * len(self.objects)
+
+    def job(self, trial: int) -> Job:
+        """The trial of that number: object k has the numbers k n … k n + n - 1."""
+        if not 0 <= trial < self.total:
+            raise RunError(f"trial {trial} is not in the run; it has trials 0 to {self.total - 1}")
+        which, index = divmod(trial, self.trials)
+        name = self.objects[which]
+        settings = dataclasses.replace(self.settings, object=name)
+        return Job(trial, index, trial_seed(self.seed, name, index), settings)
+
+    def jobs(self) -> Iterator[Job]:
+        """Every trial of the run in the order of their numbers."""
+        return (self.job(trial) for trial in range(self.total))
+
+    def changes_from(self, stored: RunPlan) -> list[str]:
+        """What differs from another plan, by name; more trials are no change."""
+        mine, theirs = self.to_dict(), stored.to_dict()
+        flat = [{**plan.pop("settings"), **plan} for plan in (mine, theirs)]
+        return [
+            f"{name} (run: {_show(flat[1].get(name))}, asked: {_show(flat[0][name])})"
+            for name in flat[0]
+            if name != "trials" and flat[0][name] != flat[1].get(name)
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The plan as plain JSON values."""
+        settings = self.settings.to_dict()
+        settings.pop("object")
+        return {
+            "objects": list(self.objects),
+            "trials": self.trials,
+            "seed": self.seed,
+            "settings": settings,
+        }
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any]) -> RunPlan:
+        """The plan that ``to_dict`` gave; raises SettingsError or KeyError, TypeError."""
+        names = data["objects"]
+        if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+            raise SettingsError(f"objects: got {names!r}; expected a list of names")
+        objects = tuple(names)
+        first = objects[0] if objects else ""
+        settings = TrialSettings.from_dict({**data["settings"], "object": first})
+        return cls(objects, settings, data["trials"], data["seed"])
+
+
+def _whole(name: str, value: object, low: int, high: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+        raise SettingsError(f"{name}: got {value!r}; allowed is a whole number {low} to {high}")
+
+
+def _show(value: object) -> str:
+    if isinstance(value, list):
+        return " ".join(str(v) for v in value)
+    return str(value)
