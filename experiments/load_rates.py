@@ -64,7 +64,7 @@ def main(argv: list[str] | None = None) -> None:
         low, high = np.quantile(ratio, (0.05, 0.95))
         capped = int((values >= load_test.CAP).sum())
         table.add_row(name, f"{np.median(ratio):.3f}", f"{low:.3f} to {high:.3f}", str(capped))
-    Console().print(table)
+    Console(width=110).print(table)
 
 
 if __name__ == "__main__":

@@ -123,7 +123,7 @@ def main(argv: list[str] | None = None) -> None:
             f"{np.quantile(moved, 0.9):.1f}",
             str(int((contacts[:, k] != contacts[:, 0]).sum())),
         )
-    Console().print(table)
+    Console(width=110).print(table)
 
 
 if __name__ == "__main__":

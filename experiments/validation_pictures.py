@@ -13,6 +13,7 @@ from matplotlib.patches import Circle
 
 from experiments.validation_pads import bed
 from experiments.validation_rigs import TAXEL_RADIUS
+from experiments.validation_sensor import PUBLISHED
 
 PREDICTED, SIMULATED, FAINT = "#222222", "#d1495b", "#9a9a9a"
 PALETTE = ("#00798c", "#d1495b", "#edae49", "#66a182", "#2e4057", "#8d6a9f")
@@ -262,11 +263,24 @@ def numerics(curves: dict[str, Any]) -> Figure:
     return figure
 
 
+def sensor_creep(curves: dict[str, Any]) -> Figure:
+    """Reading under a constant pressure over time, with the published slopes."""
+    figure, ax = _figure(1, 4.6, 3.0)
+    force = 5.0
+    ax.plot(curves["time"], curves["counts"] / force, color=SIMULATED, label="simulated array")
+    ax.plot(list(PUBLISHED), list(PUBLISHED.values()), "o", color=PREDICTED, label="published")
+    ax.set_xlabel("time since contact [s]")
+    ax.set_ylabel("sum of counts per newton")
+    ax.set_ylim(bottom=0.0)
+    ax.legend(loc="lower right")
+    return figure
+
+
 PICTURES: dict[str, Callable[[dict[str, Any]], Figure]] = {
     draw.__name__: draw
     for draw in (
         pad_onset, clamp_drop, torsion_onset, single_finger, two_pads, tactile_total, whole_grasp,
-        ball, modulus, release, numerics,
+        ball, modulus, release, numerics, sensor_creep,
     )
 }  # fmt: skip
 

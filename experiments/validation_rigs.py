@@ -42,6 +42,7 @@ class Spoil:
         impratio: on the ratio of friction to normal impedance.
         gravity: on the acceleration of a released thing, and on the support that the real cell
             gives the hand's own weight.
+        creep: on the time constant of the tactile arrays' creep.
     """
 
     stiffness: float = 1.0
@@ -49,6 +50,7 @@ class Spoil:
     torque: float = 1.0
     impratio: float = 1.0
     gravity: float = 1.0
+    creep: float = 1.0
 
 
 HONEST = Spoil()
@@ -218,10 +220,10 @@ def _scene(spec: mujoco.MjSpec, settings: TrialSettings, friction: float, spoil:
         object_qpos=int(first.qposadr[0]) if first is not None else -1,
         object_dof=int(first.dofadr[0]) if first is not None else -1,
         table=model.geom("table").id,
-        taxel=scenes._taxel_index(model),
-        geom_group=scenes._geom_groups(model),
+        taxel=scenes.taxel_index(model),
+        geom_group=scenes.geom_groups(model),
     )  # fmt: skip
-    scenes._set_contacts(scene)
+    scenes.set_contacts(scene)
     model.geom_solref[scene.taxel >= 0] *= (spoil.stiffness, np.sqrt(spoil.stiffness))
     model.opt.impratio *= spoil.impratio
     set_friction(scene, friction * spoil.friction)

@@ -63,11 +63,11 @@ class Cell:
         """
         model, data, motors = self.scene.model, self.data, self.scene.motors
         speed, acceleration = data.qvel, data.qacc
-        if arm is not None:
-            rise = (arm - data.ctrl[self.scene.arm_motors]) / self.steps
+        joints = self.scene.arm_motors
+        rise = None if arm is None else (arm - data.ctrl[joints]) / self.steps
         for _ in range(self.steps):
-            if arm is not None:
-                data.ctrl[self.scene.arm_motors] += rise
+            if rise is not None:
+                data.ctrl[joints] += rise
             mujoco.mj_step(model, data)
             np.maximum(self.peak, np.abs(data.actuator_force[motors]), out=self.peak)
             # The norm of a vector with NaN is NaN and fails the comparison too.

@@ -147,10 +147,10 @@ def _index(model: mujoco.MjModel, settings: TrialSettings) -> Scene:
         object_qpos=int(free.qposadr[0]),
         object_dof=int(free.dofadr[0]),
         table=model.geom("table").id,
-        taxel=_taxel_index(model),
-        geom_group=_geom_groups(model),
+        taxel=taxel_index(model),
+        geom_group=geom_groups(model),
     )
-    _set_contacts(scene)
+    set_contacts(scene)
     return scene
 
 
@@ -163,7 +163,7 @@ def arm_speed_limit(model: mujoco.MjModel) -> np.ndarray:
     return np.array(numeric.data)
 
 
-def _taxel_index(model: mujoco.MjModel) -> np.ndarray:
+def taxel_index(model: mujoco.MjModel) -> np.ndarray:
     index = np.full(model.ngeom, -1, dtype=np.int64)
     for offset, (finger, kind) in zip(PAD_OFFSETS[:-1], c.PADS, strict=True):
         for row in range(c.TAXEL_ROWS[kind]):
@@ -174,7 +174,7 @@ def _taxel_index(model: mujoco.MjModel) -> np.ndarray:
     return index
 
 
-def _geom_groups(model: mujoco.MjModel) -> np.ndarray:
+def geom_groups(model: mujoco.MjModel) -> np.ndarray:
     groups = np.zeros(model.ngeom, dtype=np.int64)
     for geom in range(model.ngeom):
         body = model.body(int(model.geom_bodyid[geom])).name
@@ -190,7 +190,7 @@ def taxel_stiffness(settings: TrialSettings) -> float:
     return settings.pad_modulus * c.TAXEL_PITCH**2 / settings.pad_thickness
 
 
-def _set_contacts(scene: Scene) -> None:
+def set_contacts(scene: Scene) -> None:
     """Give each taxel its stiffness against this object, and every contact the object's friction.
 
     A MuJoCo contact with ``solref = (-k, -b)`` and constant impedance d, penetrated by r, carries
