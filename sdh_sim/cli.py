@@ -219,11 +219,22 @@ def lift(
 def compare(
     runs: Annotated[list[Path], typer.Argument(help="Run folders (the --out of a lift).")],
     csv: Annotated[Path | None, typer.Option(help="Write the numbers to this CSV file.")] = None,
+    every: Annotated[
+        bool, typer.Option("--all", help="All metrics, not q* under L∞ and L1 alone.")
+    ] = False,
+    report: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the report with figures.", show_default="report in RUN"),
+    ] = None,
+    no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
 ) -> None:
-    """Compare predicted with simulated success."""
+    """Compare predicted with simulated success.
+
+    RUN/report/index.html shows it in figures; the numbers lie beside it as CSV and Parquet.
+    """
     from sdh_sim import cli_compare
 
-    cli_compare.compare(runs, csv)
+    cli_compare.compare(runs, csv, every=every, report=report, pages=not no_report)
 
 
 @app.command()

@@ -1,4 +1,4 @@
-"""``sdh-sim compare``: the comparison as a table on the terminal and as CSV."""
+"""``sdh-sim compare``: the comparison as tables on the terminal, as CSV and as a report."""
 
 from __future__ import annotations
 
@@ -12,29 +12,71 @@ from rich.table import Table
 from sdh_sim import compare as statistics
 from sdh_sim.atomic import write_atomic
 from sdh_sim.cli_console import output, plain_table
-from sdh_sim.compare import Comparison, Rate
+from sdh_sim.compare import ALL_METRICS, METRICS, NAMES, Comparison, Rate
 from sdh_sim.run_folder import RunError, RunFolder
+from sdh_sim.study import EVERY, Study, read_study
 
-_NAMES = {"q_linf": "q* L∞", "q_l1": "q* L1"}
 DASH = "-"
+REPORT = "report"  # folder inside a run's own
 
 
-def compare(runs: Sequence[Path], csv: Path | None = None) -> None:
-    """Print the comparison of the runs' trials; with ``csv`` write its numbers there too."""
+def compare(
+    runs: Sequence[Path],
+    csv: Path | None = None,
+    *,
+    every: bool = False,
+    report: Path | None = None,
+    pages: bool = True,
+) -> None:
+    """Print the comparison of the runs' trials and write its report.
+
+    Args:
+        runs: run folders, or files of trials.
+        csv: write the numbers of the first table there too.
+        every: all metrics instead of q* under L-infinity and L1.
+        report: folder of the report; None takes RUN/report of a single run folder.
+        pages: False writes no report.
+
+    Raises:
+        RunError: a run or a place to write that cannot be used.
+    """
     tables = [_table_of(run) for run in runs]
     places = [path.resolve() for path in tables]
     for run, place in zip(runs, places, strict=True):
         if places.count(place) > 1:
             raise RunError(f"{run} is given twice; its trials would count double: give it once")
-    trials = statistics.read_trials(tables)
-    if not trials.num_rows:
+    study = read_study(tables, ALL_METRICS if every else METRICS)
+    if not study.tables:
         raise RunError(f"{runs[0]} holds no finished trial yet; continue it with --resume first")
-    results = statistics.compare_table(trials)
     if csv is not None:
-        write_csv(results, csv)
-    output().print(comparison_table(results))
-    for line in notes(results, runs):
+        write_csv(study.comparisons, csv)
+    output().print(comparison_table(study.comparisons))
+    output().print(metric_table(study))
+    for line in [*notes(study.comparisons, runs), *study_notes(study)]:
         output().print(line, markup=False, soft_wrap=True)
+    if pages:
+        output().print(_report(study, runs, report), markup=False, soft_wrap=True)
+
+
+def _report(study: Study, runs: Sequence[Path], folder: Path | None) -> str:
+    """Write the report; the line that says where it is, or how to get one."""
+    if folder is None:
+        if len(runs) > 1 or not runs[0].is_dir():
+            return "No report: it has no place of its own here; give --report FOLDER."
+        folder = runs[0] / REPORT
+    from sdh_sim.report import write_report  # matplotlib takes its time
+
+    names = ", ".join(run.resolve().name for run in runs)
+    counted = sum(c.n for c in study.comparisons if c.group == study.main) // len(study.metrics)
+    lead = f"{'Runs' if len(runs) > 1 else 'Run'} {names}: {counted} trials compared"
+    try:
+        page = write_report(study, folder, lead)
+    except OSError as error:
+        raise RunError(
+            f"cannot write the report to {folder}: {error.strerror or error}; choose another "
+            "--report, or --no-report"
+        ) from error
+    return f"report: {page}"
 
 
 def _table_of(run: Path) -> Path:
@@ -79,12 +121,42 @@ def comparison_table(results: Sequence[Comparison]) -> Table:
             result.group if first else "",
             str(result.n) if first else "",
             success if first else "",
-            _NAMES.get(result.metric, result.metric),
-            _percent(result.accuracy),
-            _percent(result.true_positive_rate),
-            _percent(result.false_positive_rate),
+            NAMES[result.metric],
+            *(
+                _percent(rate) if result.has_boundary else DASH
+                for rate in (
+                    *(result.accuracy, result.true_positive_rate),
+                    result.false_positive_rate,
+                )
+            ),
             _area(result),
         )
+    return table
+
+
+def metric_table(study: Study) -> Table:
+    """Every metric over all trials: average precision, the best threshold, the load test."""
+    head = ["metric", "average precision", "best threshold", "accuracy % at it"]
+    if study.load:
+        head += ["rank corr. with q_sim", "q*/q_sim"]
+    table = plain_table(*head)
+    for metric in study.metrics:
+        finding = study.findings[study.main, metric]
+        curve, best = finding.precision_recall, finding.best
+        cells = [NAMES[metric], DASH, DASH, DASH]
+        if curve is not None:
+            low, high = curve.area_interval
+            cells[1] = f"{curve.area:.2f} ({low:.2f}–{high:.2f})"
+        if best is not None:
+            cells[2], cells[3] = f"{best.threshold:.3g}", _percent(best.accuracy)
+        if study.load:
+            agreement = study.agreement.get((study.main, metric, EVERY))
+            cells += [DASH, DASH]
+            if agreement is not None and agreement.spearman is not None:
+                cells[4] = f"{agreement.spearman:.2f}"
+            if agreement is not None and agreement.factor is not None:
+                cells[5] = f"{agreement.factor:.2f}"
+        table.add_row(*cells)
     return table
 
 
@@ -110,18 +182,42 @@ def notes(results: Sequence[Comparison], runs: Sequence[Path]) -> list[str]:
         f"Success is predicted when q* > {results[0].threshold:g}. In brackets 95 % intervals: "
         "Wilson for shares, bootstrap for AUC.",
     ]
-    if any(
-        DASH in (_percent(r.true_positive_rate), _percent(r.false_positive_rate), _area(r))
-        for r in results
-    ):
+    if any(r.auc is None for r in results):
         lines.append(f"{DASH}: undefined, all trials of the object ended the same way.")
-    last = results[-1]
+    if not all(r.has_boundary for r in results):
+        lines.append("ε and V have units: for them no threshold of 1 means anything.")
+    first = results[0]
+    last = next(r for r in reversed(results) if r.metric == first.metric)
     if last.missing:
         lines.append(f"{last.missing} trials without q* count as q* = 0, a predicted failure.")
     if last.unstable:
         lines.append(f"{last.unstable} trials left out: their simulation was unstable.")
     for run in runs:
         lines += _unfinished(run)
+    return lines
+
+
+def study_notes(study: Study) -> list[str]:
+    """What the statistics over all trials say in words."""
+    lines = []
+    if any(study.findings[study.main, m].best for m in study.metrics):
+        lines.append(
+            "Best threshold: most accurate; its accuracy is cross-validated in ten folds."
+        )
+    pair = study.paired[study.main]
+    if pair.disagree.n:
+        lines.append(
+            f"L∞ and L1 disagree on {pair.disagree.k} of {pair.disagree.n} trials: L∞ alone is "
+            f"right on {pair.only_first_right}, L1 alone on {pair.only_second_right} (McNemar's "
+            f"exact p = {pair.p_value:.2g})."
+        )
+    if study.load:
+        lines.append(
+            "q*/q_sim: median ratio to the load held in simulation; above 1 the metric promises "
+            "more."
+        )
+    if study.surplus:
+        lines.append(f"{study.surplus} trials beyond the objects' shares are left out.")
     return lines
 
 

@@ -1,0 +1,129 @@
+"""Figures of thresholds and loads: as conservative as desired, and q* against q_sim."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import PercentFormatter
+
+from sdh_sim import figure_style as fs
+from sdh_sim.compare import METRICS
+from sdh_sim.figures import shown
+from sdh_sim.study import EVERY, Study
+
+
+def calibration(study: Study) -> Figure:
+    """Threshold against desired false positive rate, what it costs, and what one gets."""
+    figure, axes = fs.panels(3, 2.9)
+    metrics = [m for m in METRICS if m in study.metrics]
+    for metric in metrics:
+        c = study.findings[study.main, metric].calibration
+        if c is None:
+            continue
+        colour = fs.COLOURS[metric]
+        finite = np.isfinite(c.threshold)
+        band = finite & np.isfinite(c.threshold_low)
+        axes[0].step(c.targets[finite], c.threshold[finite], where="post", color=colour,
+                     label=fs.TEXTS[metric])  # fmt: skip
+        axes[0].fill_between(c.targets[band], c.threshold_low[band], c.threshold_high[band],
+                             step="post", color=colour, alpha=0.15, linewidth=0)  # fmt: skip
+        axes[1].step(c.targets, c.tpr, where="post", color=colour)
+        axes[1].fill_between(c.targets, c.tpr_low, c.tpr_high, step="post", color=colour,
+                             alpha=0.15, linewidth=0)  # fmt: skip
+        got = np.array([rate.value for rate in c.achieved], dtype=float)
+        axes[2].plot(c.targets, got, color=colour)
+    axes[0].axhline(1.0, color=fs.GREY, linewidth=0.9, linestyle=(0, (4, 3)), zorder=0)
+    axes[0].set_ylim(bottom=0)
+    axes[1].set_ylim(0, 1)
+    axes[2].plot([0, 0.5], [0, 0.5], color=fs.GREY, linewidth=0.9, linestyle=(0, (4, 3)), zorder=0)
+    axes[2].set_ylim(0, 0.6)
+    titles = ("threshold needed", "successes still predicted", "false positives held out")
+    for k, text in enumerate(titles):
+        axes[k].set_xlabel("desired false positive rate")
+        axes[k].set_xlim(0, 0.5)
+        axes[k].xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
+        fs.letter(axes[k], k, text)
+        if k:
+            axes[k].yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
+    axes[0].set_ylabel("threshold on $q^*$ [weights]")
+    axes[0].legend(loc="upper right")
+    return figure
+
+
+def load_scatter(study: Study) -> Figure:
+    """q* against q_sim, one dot a trial."""
+    metrics = [m for m in shown(study) if m in study.load]
+    rows = -(-len(metrics) // 2)
+    figure, axes = fs.panels(2, 3.3 * rows, rows, sharex=True, sharey=True)
+    largest = max(np.max(values[1], initial=1.0) for values in study.load.values())
+    for metric in metrics:
+        q = study.load[metric][0]
+        largest = max(largest, np.max(q[np.isfinite(q)], initial=1.0))
+    limit = 1.15 * float(largest)
+    for position, (ax, metric) in enumerate(zip(axes, metrics, strict=False)):
+        q, q_sim, capped, unseen = study.load[metric]
+        q = np.maximum(q, 0.0)
+        ax.plot([0, limit], [0, limit], color=fs.GREY, linewidth=0.9, linestyle=(0, (4, 3)))
+        for part, text in ((~unseen, "pads see every contact"), (unseen, "others bear load too")):
+            hollow = text.startswith("others")
+            ax.plot(q_sim[part & ~capped], q[part & ~capped], linestyle="", marker="o",
+                    markersize=3.6, markeredgewidth=0.8, markeredgecolor=fs.COLOURS[metric],
+                    markerfacecolor="white" if hollow else fs.COLOURS[metric], label=text,
+                    alpha=0.8)  # fmt: skip
+        if capped.any():
+            ax.plot(q_sim[capped], q[capped], linestyle="", marker=">", markersize=4.5,
+                    color=fs.COLOURS[metric], label="largest load held")  # fmt: skip
+        # Linear below one weight, so that zeros have a place; logarithmic above.
+        ax.set_xscale("symlog", linthresh=1.0, linscale=0.9)
+        ax.set_yscale("symlog", linthresh=1.0, linscale=0.9)
+        ax.set(xlim=(-0.06, limit), ylim=(-0.06, limit), aspect="equal")
+        ticks = [t for t in (0, 0.5, 1, 2, 5, 10, 20) if t <= limit]
+        ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
+        ax.set_yticks(ticks, [f"{t:g}" for t in ticks])
+        ax.minorticks_off()
+        a = study.agreement[study.main, metric, EVERY]
+        text = fs.TEXTS[metric]
+        if a.spearman is not None:
+            text += f",  rank correlation {a.spearman:.2f}"
+        fs.letter(ax, position, text)
+        ax.set_ylabel("$q^*$ [weights]" if position % 2 == 0 else "")
+    for ax in axes[max(0, len(metrics) - 2) :]:
+        ax.set_xlabel(r"$q_{\mathrm{sim}}$ [weights]")
+    for ax in axes[len(metrics) :]:
+        ax.set_visible(False)
+    axes[0].legend(loc="upper left", handletextpad=0.2)
+    return figure
+
+
+def load_ratio(study: Study) -> Figure:
+    """Distribution of q*/q_sim per bound: by what factor each over- or underestimates."""
+    metrics = [m for m in shown(study) if m in study.load]
+    figure, (ax,) = fs.panels(1, 0.6 + 0.55 * len(metrics), width=5.6)
+    samples = []
+    for metric in metrics:
+        q, q_sim, capped, _ = study.load[metric]
+        usable = (q > 0) & np.isfinite(q) & (q_sim > 0) & ~capped
+        samples.append(q[usable] / q_sim[usable])
+    for position, (metric, ratio) in enumerate(zip(metrics, samples, strict=True)):
+        colour = fs.COLOURS[metric]
+        spread = np.random.default_rng(0).uniform(-0.16, 0.16, len(ratio))
+        ax.plot(ratio, position + spread, linestyle="", marker="o", markersize=2.6, color=colour,
+                alpha=0.35, markeredgewidth=0)  # fmt: skip
+        ax.boxplot([ratio], positions=[position], widths=0.5, orientation="horizontal",
+                   showfliers=False, manage_ticks=False,
+                   medianprops={"color": colour, "linewidth": 2.2},
+                   boxprops={"color": colour}, whiskerprops={"color": colour},
+                   capprops={"color": colour})  # fmt: skip
+    ax.axvline(1.0, color=fs.GREY, linewidth=0.9, linestyle=(0, (4, 3)), zorder=0)
+    ax.set_xscale("log")
+    span = np.concatenate(samples) if samples else np.array([])
+    low = min(0.4, float(np.min(span, initial=0.4)) / 1.15)
+    high = max(2.5, float(np.max(span, initial=2.5)) * 1.15)
+    ax.set_xlim(low, high)
+    ticks = [t for t in (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20) if low <= t <= high]
+    ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
+    ax.minorticks_off()
+    ax.set_yticks(range(len(metrics)), [fs.TEXTS[m] for m in metrics])
+    ax.invert_yaxis()
+    ax.set_xlabel(r"$q^* \,/\, q_{\mathrm{sim}}$")
+    return figure
