@@ -75,7 +75,7 @@ def test_two_workers_give_the_same_bytes(tmp_path, whole):
 
 def test_more_workers_than_trials(tmp_path):
     result = run_campaign(plan(1, ("box",)), tmp_path, 5, trial=stand_ins.quick)
-    assert list(result.rows) == [0]
+    assert result.counts.total() == 1
     info = json.loads((tmp_path / "run.json").read_text())
     assert info["sessions"][0]["workers"] == 1
 
@@ -101,8 +101,8 @@ def test_speed_sums_are_this_sessions(tmp_path):
 
 def test_workers_compute_with_one_thread(tmp_path, monkeypatch):
     monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
-    result = run_campaign(plan(1, ("box",)), tmp_path, 1, trial=stand_ins.threads)
-    assert result.rows[0]["contacts"] == 1
+    run_campaign(plan(1, ("box",)), tmp_path, 1, trial=stand_ins.threads)
+    assert records.read_rows(tmp_path / "trials.parquet")[0]["contacts"] == 1
     assert "OPENBLAS_NUM_THREADS" not in os.environ
 
 
@@ -114,11 +114,17 @@ def drop_rows(out: Path, keep: list[int]) -> None:
 def test_resume_runs_what_is_missing_to_the_same_bytes(tmp_path, whole):
     run_campaign(plan(), tmp_path, 1, trial=stand_ins.quick)
     drop_rows(tmp_path, [0, 2, 11])
-    seen = []
-    run_campaign(plan(), tmp_path, 2, resume=True, trial=stand_ins.uneven, on_trial=seen.append)
+    there, seen = [], []
+    run_campaign(
+        *(plan(), tmp_path, 2),
+        resume=True,
+        trial=stand_ins.uneven,
+        on_start=lambda result: there.append(result.counts.total()),
+        on_trial=seen.append,
+    )
     assert table_bytes(tmp_path) == table_bytes(whole)
-    assert [row["trial"] for row in seen[:3]] == [0, 2, 11]
-    assert len(seen) == 12
+    assert there == [3]
+    assert sorted(row["trial"] for row in seen) == [1, 3, 4, 5, 6, 7, 8, 9, 10]
     sessions = json.loads((tmp_path / "run.json").read_text())["sessions"]
     assert [session["state"] for session in sessions] == ["finished", "finished"]
 
@@ -128,7 +134,7 @@ def test_resume_with_more_trials_is_the_bigger_run(tmp_path, whole):
     seen = []
     run_campaign(plan(6), tmp_path, 1, resume=True, trial=stand_ins.quick, on_trial=seen.append)
     assert table_bytes(tmp_path) == table_bytes(whole)
-    assert [row["trial"] for row in seen[:6]] == [0, 1, 2, 6, 7, 8]
+    assert [row["trial"] for row in seen] == [3, 4, 5, 9, 10, 11]
     assert RunFolder(tmp_path).read_plan().trials == 6
 
 
@@ -263,33 +269,100 @@ def test_damaged_run_json(tmp_path, text, words):
     assert RunFolder(tmp_path).read_plan() == plan(1)
 
 
-def test_a_dead_worker_is_named_and_the_rest_kept(tmp_path):
-    with pytest.raises(CampaignError, match=r"a worker process died .* --resume") as caught:
-        run_campaign(plan(40), tmp_path, 2, trial=stand_ins.dies)
-    kept = records.read_rows(tmp_path / "trials.parquet")
-    assert f"{len(kept)} of 80 trials are kept" in str(caught.value)
-    assert 0 < len(kept) < 80
-    named = str(caught.value).split("one of the trials ")[1].split(";")[0].split(", ")
-    assert any(plan(40).job(int(number)).seed % 6 == 0 for number in named)
-    state = json.loads((tmp_path / "run.json").read_text())["sessions"][0]["state"]
-    assert state == "broken off"
-    run_campaign(plan(40), tmp_path, 2, resume=True, trial=stand_ins.quick)
-    assert len(records.read_rows(tmp_path / "trials.parquet")) == 80
+@pytest.fixture
+def tries(tmp_path, monkeypatch) -> Callable[[], dict[int, int]]:
+    """How often each seed was tried, as the stand-ins noted it."""
+    folder = tmp_path / "tries"
+    folder.mkdir()
+    monkeypatch.setenv("STAND_IN_TRIES", str(folder))
+    return lambda: {int(path.name): path.stat().st_size for path in folder.iterdir()}
 
 
-def test_a_trial_that_raises_is_named_and_the_rest_kept(tmp_path):
-    with pytest.raises(CampaignError, match="failed: ZeroDivisionError: no;") as caught:
-        run_campaign(plan(20), tmp_path, 1, trial=stand_ins.raises)
-    first = next(job for job in plan(20).jobs() if job.seed % 6 == 0)
-    assert f"trial {first.trial} ({first.settings.object}, seed {first.seed})" in str(caught.value)
+@pytest.mark.parametrize("trial", [stand_ins.dies, stand_ins.raises])
+def test_a_bad_trial_is_tried_twice_then_an_error_row(tmp_path, whole, tries, trial):
+    out = tmp_path / "out"
+    result = run_campaign(plan(), out, 2, trial=trial)
+    wanted = {row["trial"]: row for row in records.read_rows(whole / "trials.parquet")}
+    bad = {job.trial: job for job in plan().jobs() if job.seed % 6 == 0}
+    assert bad
+    rows = {row["trial"]: row for row in records.read_rows(out / "trials.parquet")}
+    assert sorted(rows) == list(range(12))
+    for number, row in rows.items():
+        if number in bad:
+            known = {name: value for name, value in row.items() if value is not None}
+            job = bad[number]
+            assert known == {
+                **{"trial": number, "object": job.settings.object, "seed": job.seed},
+                **{"success": False, "failure": "error"},
+            }
+        else:
+            assert not records.differing_columns(row, wanted[number])
+    assert result.failures()["error"] == len(bad)
+    assert {path.name for path in (out / "errors").iterdir()} == {f"trial_{n:06d}.txt" for n in bad}
+    for number, job in bad.items():
+        text = (out / "errors" / f"trial_{number:06d}.txt").read_text()
+        assert text.startswith(f"{job.settings.object}, seed {job.seed}\n")
+        assert ("SIGKILL" if trial is stand_ins.dies else "Traceback") in text
+    assert tries() == {job.seed: 2 if job.trial in bad else 1 for job in plan().jobs()}
+    assert json.loads((out / "run.json").read_text())["sessions"][0]["state"] == "finished"
+
+
+def test_a_second_try_that_works_leaves_no_trace(tmp_path, whole, tries):
+    run_campaign(plan(), tmp_path / "out", 2, trial=stand_ins.flaky)
+    assert table_bytes(tmp_path / "out") == table_bytes(whole)
+    assert not (tmp_path / "out" / "errors").exists()
+    assert {seed for seed, count in tries().items() if count == 2} == {
+        job.seed for job in plan().jobs() if job.seed % 2 == 0 or job.seed % 3 == 0
+    }
+
+
+def test_errors_are_run_again_when_asked(tmp_path, whole):
+    run_campaign(plan(), tmp_path, 1, trial=stand_ins.raises)
+    before = table_bytes(tmp_path)
+    run_campaign(plan(), tmp_path, 1, resume=True, trial=stand_ins.quick)
+    assert table_bytes(tmp_path) == before  # they count as finished
+    run_campaign(plan(), tmp_path, 1, resume=True, retry_errors=True, trial=stand_ins.quick)
+    assert table_bytes(tmp_path) == table_bytes(whole)
+
+
+def test_a_run_without_hope_stops_early_and_keeps_nothing(tmp_path, whole):
+    with pytest.raises(CampaignError, match=r"all trials failed.*ImportError: no m") as caught:
+        run_campaign(plan(), tmp_path, 1, trial=stand_ins.hopeless)
+    assert caught.value.status == 1
     assert "Traceback" in caught.value.details
-    kept = {row["trial"] for row in records.read_rows(tmp_path / "trials.parquet")}
-    assert set(range(first.trial)) <= kept
-
-
-def test_an_unknown_column_is_named(tmp_path):
+    assert records.read_rows(tmp_path / "trials.parquet") == []
     with pytest.raises(CampaignError, match="unknown column 'colour'"):
-        run_campaign(plan(), tmp_path, 1, trial=stand_ins.wrong_column)
+        run_campaign(plan(), tmp_path, 1, resume=True, trial=stand_ins.wrong_column)
+    run_campaign(plan(), tmp_path, 1, resume=True, trial=stand_ins.quick)
+    assert table_bytes(tmp_path) == table_bytes(whole)
+
+
+def test_the_state_of_a_diverged_trial_is_kept(tmp_path):
+    run_campaign(plan(3), tmp_path, 1, trial=stand_ins.diverges)
+    rows = records.read_rows(tmp_path / "trials.parquet")
+    bad = {row["trial"]: row for row in rows if row["seed"] % 3 == 0}
+    assert len(rows) == 6
+    assert bad
+    names = {f"trial_{number:06d}.npz" for number in bad}
+    assert {path.name for path in (tmp_path / "unstable").iterdir()} == names
+    for number, row in bad.items():
+        with np.load(tmp_path / "unstable" / f"trial_{number:06d}.npz") as state:
+            np.testing.assert_array_equal(state["qpos"], [1.0, np.nan])
+            assert state["time"] == 0.25
+            assert (str(state["object"]), int(state["seed"])) == (row["object"], row["seed"])
+    # In a bigger run trials have other numbers; so have their files, after a kill half-way too.
+    folder = RunFolder(tmp_path)
+    folder.renumber_files(plan(4))
+    first, *_ = sorted((tmp_path / "unstable").iterdir())
+    first.rename(first.with_name(first.name.replace("trial", "moved")))
+    run_campaign(plan(5), tmp_path, 1, resume=True, trial=stand_ins.diverges)
+    rows = records.read_rows(tmp_path / "trials.parquet")
+    names = {f"trial_{row['trial']:06d}.npz" for row in rows if row["seed"] % 3 == 0}
+    assert {path.name for path in (tmp_path / "unstable").iterdir()} == names
+    for row in rows:
+        if row["seed"] % 3 == 0:
+            with np.load(tmp_path / "unstable" / f"trial_{row['trial']:06d}.npz") as state:
+                assert int(state["seed"]) == row["seed"]
 
 
 @pytest.mark.parametrize("rerun", ["all", "failures", "none"])
@@ -319,7 +392,7 @@ def test_a_recording_that_cannot_be_written_is_the_disks_fault(tmp_path, monkeyp
     monkeypatch.setitem(sys.modules, "sdh_sim.recording", module)
     done = Work(stand_ins.quick, "all", RunFolder(tmp_path))(plan().job(0))
     assert done.row is None
-    assert done.disk
+    assert done.refused
     assert done.error == "OSError: [Errno 28] No space left on device"
 
 
@@ -335,10 +408,12 @@ def test_an_exception_in_the_callback_keeps_the_trials_and_ends_the_workers(tmp_
 
 
 _RUN = """
-import sys
+import resource, sys
 sys.path.insert(0, "tests")
 import trial_stand_ins as stand_ins
 from test_campaign import plan
+if len(sys.argv) > 5:
+    resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[5]), int(sys.argv[5])))
 from sdh_sim.campaign import run_campaign, CampaignError
 try:
     run_campaign(
@@ -356,11 +431,14 @@ def start() -> Iterator[Callable[..., subprocess.Popen[str]]]:
     """Starts runs in processes of their own; what a failing test leaves of them is ended."""
     started: list[subprocess.Popen[str]] = []
 
-    def run(out: Path, trials: int, trial: str, save_every: float = 0.0) -> subprocess.Popen[str]:
+    def run(
+        out: Path, trials: int, trial: str, save_every: float = 0.0, file_size: int | None = None
+    ) -> subprocess.Popen[str]:
         # A group of its own: Ctrl-C in a terminal reaches the workers as well. A shell's
         # background job ignores SIGINT, and children inherit that.
         process = subprocess.Popen(
-            [sys.executable, "-c", _RUN, str(out), str(trials), trial, str(save_every)],
+            [sys.executable, "-c", _RUN, str(out), str(trials), trial, str(save_every)]
+            + ([] if file_size is None else [str(file_size)]),
             cwd=REPO,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -424,39 +502,82 @@ def test_an_interrupt_ends_trials_that_hang(tmp_path, start):
 
 def test_kill_at_any_moment_then_resume_gives_the_same_bytes(tmp_path, start, whole):
     rng = np.random.default_rng(2)
-    for _ in range(3):
-        process = start(tmp_path, 6, "slow")
-        lines(process, int(rng.integers(1, 4)))
+    for attempt in range(4):
+        process = start(tmp_path, 6, "slow", save_every=0.0 if attempt % 2 else 1000.0)
+        lines(process, int(rng.integers(1, 3)))
         time.sleep(float(rng.uniform(0, 0.05)))
         os.kill(process.pid, signal.SIGKILL)
         process.communicate(timeout=20)  # ends only when the orphaned workers are gone too
         records.read_rows(tmp_path / "trials.parquet")
-    process = start(tmp_path, 6, "quick")
-    process.communicate(timeout=30)
+    run_campaign(plan(), tmp_path, 1, resume=True, trial=stand_ins.quick)
     assert table_bytes(tmp_path) == table_bytes(whole)
+    assert not (tmp_path / "shards").exists()
     sessions = json.loads((tmp_path / "run.json").read_text())["sessions"]
     assert sessions[0]["state"] == "killed"
     assert sessions[-1]["state"] == "finished"
 
 
-def test_a_full_disk_keeps_the_last_table(tmp_path):
-    run_campaign(plan(3), tmp_path, 1, trial=stand_ins.quick)
-    limited = _RUN.replace(
-        "import sys\n",
-        "import sys, resource\nresource.setrlimit(resource.RLIMIT_FSIZE, (40000, 40000))\n",
-        1,
-    )
-    process = subprocess.run(
-        [sys.executable, "-c", limited, str(tmp_path), "60", "quick", "0"],
-        cwd=REPO,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+def test_a_full_disk_keeps_every_finished_trial(tmp_path, start, whole):
+    # No file may grow past a size that shards stay below and the table does not.
+    process = start(tmp_path, 6, "quick", save_every=1000.0, file_size=50_000)
+    _, err = process.communicate(timeout=60)
     assert process.returncode == 2
-    kept = len(records.read_rows(tmp_path / "trials.parquet"))
-    assert 6 <= kept < 120
-    assert process.stderr.startswith(f"cannot write to {tmp_path}: File too large; {kept} of 120")
-    assert process.stderr.count("\n") == 1
-    assert not list(tmp_path.glob("*.tmp"))
+    assert err == (
+        f"cannot write to {tmp_path}: File too large; 12 of 12 trials are kept in {tmp_path}; "
+        f"make room, then continue with: sdh-sim lift --resume --out {tmp_path}\n"
+    )
+    assert not list(tmp_path.rglob("*.tmp"))
+    seen = []
+    run_campaign(plan(), tmp_path, 1, resume=True, trial=stand_ins.quick, on_trial=seen.append)
+    assert seen == []
+    assert table_bytes(tmp_path) == table_bytes(whole)
+
+
+def test_a_disk_too_full_for_a_shard_keeps_those_before(tmp_path, start):
+    process = start(tmp_path, 6, "growing", save_every=1000.0, file_size=24_000)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 2
+    kept = list(RunFolder(tmp_path).finished(plan()))
+    assert 0 < len(kept) < 12
+    assert f"File too large; {len(kept)} of 12 trials are kept in {tmp_path}, the last " in err
+    assert err.count("\n") == 1
+
+
+def test_two_runs_into_one_folder_are_refused(tmp_path, start, whole):
+    process = start(tmp_path, 6, "endless")
+    lines(process, 1)
+    holder = rf"another run is writing into .*\(process {process.pid} on \S+, since "
+    for options in ({"resume": True}, {"overwrite": True}, {}):
+        with pytest.raises(RunError, match=holder):
+            run_campaign(plan(), tmp_path, 1, trial=stand_ins.quick, **options)
+    process.kill()
+    process.communicate(timeout=20)
+    run_campaign(plan(), tmp_path, 1, resume=True, trial=stand_ins.quick)
+    assert table_bytes(tmp_path) == table_bytes(whole)
+
+
+def test_a_kill_loses_trials_in_flight_only(tmp_path, start, tries):
+    out = tmp_path / "out"
+    process = start(out, 60, "noted", save_every=1000.0)
+    announced = [int(line) for line in lines(process, 11)]
+    os.kill(process.pid, signal.SIGKILL)
+    rest, _ = process.communicate(timeout=20)
+    announced += [int(line) for line in rest.split()]
+    kept = {row["trial"] for row in RunFolder(out).finished(plan(60))}
+    assert kept >= set(announced)
+    assert len(tries()) - len(kept) <= 4  # one with each worker, one on its way from each
+
+
+def test_a_script_without_a_main_guard_is_told_so(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        f"import sys\nsys.path[:0] = [{str(REPO)!r}, {str(REPO / 'tests')!r}]\n"
+        "import trial_stand_ins\nfrom test_campaign import plan\n"
+        "from sdh_sim.campaign import run_campaign\n"
+        f"run_campaign(plan(1), {str(tmp_path / 'out')!r}, 1, trial=trial_stand_ins.quick)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, str(script)], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == 1
+    assert 'must start the run below `if __name__ == "__main__":`' in done.stderr.splitlines()[-1]

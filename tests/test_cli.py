@@ -83,6 +83,9 @@ LIFT = ["lift", "--object", "box", "--out"]
         (["--pads", "none"], "--pads: got 'none'; choose one of all, distal"),
         (["--rerun", "some"], "--rerun: got 'some'; choose one of all, failures, none"),
         (["--resume", "--overwrite"], "exclude each other"),
+        (["--retry-errors"], "give --resume with it"),
+        (["--executor", "cloud"], "--executor: got 'cloud'; choose one of processes, dask"),
+        (["--scheduler", "tcp://h:1"], "--scheduler: got 'tcp://h:1'; it needs --executor dask"),
         (["--colour", "red"], "--colour"),
         (["extra"], "extra"),
     ],
@@ -215,22 +218,33 @@ def test_growing_a_run_of_several_objects_says_that_numbers_move(tmp_path, capsy
     assert "trial numbers move" in capsys.readouterr().err
 
 
-def test_a_dead_worker_is_one_line(tmp_path, capsys, monkeypatch):
-    use(monkeypatch, stand_ins.dies)
-    assert main([*LIFT, str(tmp_path / "out"), "--trials", "60"]) == 1
-    last = capsys.readouterr().err.splitlines()[-1]
-    assert last.startswith("sdh-sim: a worker process died")
-    assert last.endswith(f"continue with: sdh-sim lift --resume --out {tmp_path}/out")
-
-
-def test_a_failing_trial_is_one_line_and_its_traceback_on_request(tmp_path, capsys, monkeypatch):
+def test_errors_are_counted_and_the_way_to_run_them_again_is_told(tmp_path, capsys, monkeypatch):
     use(monkeypatch, stand_ins.raises)
-    assert main([*LIFT, str(tmp_path / "out"), "--trials", "60"]) == 1
+    out = tmp_path / "out"
+    assert main([*LIFT, str(out), "--trials", "12"]) == 0
+    printed, err = capsys.readouterr()
+    bad = sum(row["failure"] == "error" for row in records.read_rows(out / "trials.parquet"))
+    assert bad > 0
+    assert f"error {bad}" in printed
+    assert err.splitlines()[-1] == (
+        f"note: {bad} trials ended as error, see {out}/errors; run them again with: "
+        f"sdh-sim lift --resume --out {out} --retry-errors"
+    )
+    use(monkeypatch, stand_ins.quick)
+    assert main(["lift", "--resume", "--out", str(out), "--retry-errors"]) == 0
+    assert "error" not in capsys.readouterr().err
+    assert not any(r["failure"] == "error" for r in records.read_rows(out / "trials.parquet"))
+
+
+def test_all_trials_failing_is_one_line_and_its_traceback_on_request(tmp_path, capsys, monkeypatch):
+    use(monkeypatch, stand_ins.hopeless)
+    out = tmp_path / "out"
+    assert main([*LIFT, str(out), "--trials", "3"]) == 1
     err = capsys.readouterr().err
     assert "Traceback" not in err
-    assert "failed: ZeroDivisionError: no; " in err.splitlines()[-1]
+    assert "ImportError: no module named physics; 0 of 3" in err.splitlines()[-1]
     monkeypatch.setenv("SDH_SIM_TRACEBACK", "1")
-    assert main([*LIFT, str(tmp_path / "out"), "--overwrite", "--trials", "60"]) == 1
+    assert main([*LIFT, str(out), "--overwrite", "--trials", "3"]) == 1
     assert "Traceback" in capsys.readouterr().err
 
 

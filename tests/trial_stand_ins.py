@@ -25,6 +25,7 @@ class Result:
     log: Any = None
     sim_seconds: float = 4.0
     wall_seconds: float = 0.5
+    diverged: dict[str, np.ndarray] | None = None
 
 
 def make_row(name: str, seed: int) -> dict[str, Any]:
@@ -75,19 +76,69 @@ def endless(settings: TrialSettings, seed: int, log: bool = False) -> Result:
     return Result(make_row(settings.object, seed))
 
 
+def _tried(seed: int) -> int:
+    """Notes the try in the folder STAND_IN_TRIES, if there is one; how many of it there were."""
+    folder = os.environ.get("STAND_IN_TRIES")
+    if folder is None:
+        return 0
+    with open(os.path.join(folder, str(seed)), "ab") as file:
+        file.write(b".")
+        return file.tell()
+
+
 def dies(settings: TrialSettings, seed: int, log: bool = False) -> Result:
     """Kills its process, as the system does when memory is short, at every sixth seed."""
+    _tried(seed)
     if seed % 6 == 0:
-        time.sleep(0.1)
         os.kill(os.getpid(), signal.SIGKILL)
     return Result(make_row(settings.object, seed))
 
 
 def raises(settings: TrialSettings, seed: int, log: bool = False) -> Result:
     """Fails at every sixth seed."""
+    _tried(seed)
     if seed % 6 == 0:
         raise ZeroDivisionError("no\nsecond line")
     return Result(make_row(settings.object, seed))
+
+
+def flaky(settings: TrialSettings, seed: int, log: bool = False) -> Result:
+    """Its first try raises at even seeds and kills its process at multiples of three."""
+    if _tried(seed) == 1:
+        if seed % 2 == 0:
+            raise MemoryError
+        if seed % 3 == 0:
+            os.kill(os.getpid(), signal.SIGSEGV)
+    return Result(make_row(settings.object, seed))
+
+
+def growing(settings: TrialSettings, seed: int, log: bool = False) -> Result:
+    """Rows of little content on the first object, of much on the others."""
+    row = make_row(settings.object, seed)
+    size = 1 if settings.object == "box" else 50_000
+    noise = np.random.default_rng(seed).integers(33, 127, size, dtype=np.uint8)
+    return Result({**row, "q_reason": noise.tobytes().decode()})
+
+
+def hopeless(settings: TrialSettings, seed: int, log: bool = False) -> Result:
+    """Nothing works."""
+    raise ImportError("no module named physics")
+
+
+def noted(settings: TrialSettings, seed: int, log: bool = False) -> Result:
+    """A twentieth of a second; notes that it began."""
+    _tried(seed)
+    return slow(settings, seed)
+
+
+def diverges(settings: TrialSettings, seed: int, log: bool = False) -> Result:
+    """Every third trial's simulation diverges."""
+    row = make_row(settings.object, seed)
+    if seed % 3:
+        return Result({**row, "success": row["failure"] == "none"})
+    state = {"qpos": np.array([1.0, np.nan]), "time": np.array(0.25)}
+    unstable = {"success": False, "failure": "unstable_simulation"}
+    return Result({**row, **unstable}, diverged=state)
 
 
 def wrong_column(settings: TrialSettings, seed: int, log: bool = False) -> Result:
