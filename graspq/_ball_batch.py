@@ -5,14 +5,15 @@ from __future__ import annotations
 from numba import njit
 
 from graspq._batch import grasp_body
-from graspq._epsilon import ball
+from graspq._epsilon import ball, room
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def ball_many(columns, widths, first, contacts, united, low, high, facets, vertices, out):
+def ball_many(columns, widths, first, contacts, united, zero, low, high, facets, vertices, out):
     """ε of the grasps low to high; rows of ``out`` are status, value."""
+    work = room(facets, vertices)
     for g in range(low, high):
         begin, end = contacts[g], contacts[g + 1]
-        body, _ = grasp_body(columns, widths, first[begin], begin, end, united)
-        status, _, value = ball(body, 0.0, facets, vertices)
+        body, _ = grasp_body(columns, widths, first[begin], begin, end, united, zero)
+        status, _, value = ball(body, 0.0, work)
         out[g, 0], out[g, 1] = status, value

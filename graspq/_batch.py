@@ -13,7 +13,7 @@ NO_PADS, NOBODY = np.zeros((0, 6)), np.zeros(0, np.int64)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def grasp_body(columns, widths, first, begin, end, united):
+def grasp_body(columns, widths, first, begin, end, united, zero):
     """One grasp as a body: contacts begin to end, whose columns start at ``first``."""
     total = 0
     for i in range(begin, end):
@@ -33,7 +33,7 @@ def grasp_body(columns, widths, first, begin, end, united):
             starts[i - begin + 1] = at
     starts[contacts] = total
     body = (points, starts, np.zeros((6, 0)), np.zeros((0, 6, 3)),
-            np.zeros(contacts + 1, np.int64), True, np.zeros(6))
+            np.zeros(contacts + 1, np.int64), zero, np.zeros(6))
     return body, owners
 
 
@@ -44,7 +44,7 @@ def reach_many(columns, widths, first, contacts, united, tasks, begins, ends, lo
     inner, size, scatter = np.empty(6), np.empty(6), np.empty((6, 6))
     for g in range(low, high):
         begin, end = contacts[g], contacts[g + 1]
-        body, owners = grasp_body(columns, widths, first[begin], begin, end, united)
+        body, owners = grasp_body(columns, widths, first[begin], begin, end, united, True)
         wanted = tasks[:, begins[g]:ends[g]].copy()
         forces = np.zeros((end - begin, 6))
         status, value, lower, upper, critical, sound = reach(
@@ -73,7 +73,7 @@ def reach_one(columns, widths, united, tasks, stop, forces):
         total += length
     if not total < np.inf:
         return REFUSED, 0.0, 0.0, 0.0, 0
-    body, owners = grasp_body(columns, widths, 0, 0, widths.shape[0], united)
+    body, owners = grasp_body(columns, widths, 0, 0, widths.shape[0], united, True)
     status, value, lower, upper, critical, sound = reach(
         tasks, body, NO_PADS, stop, owners, NOBODY, forces)
     if not sound and spread(body, np.empty(6), np.empty(6), np.empty((6, 6))) == 0.0:

@@ -25,7 +25,22 @@ STUCK, SMALL, COARSE, FLAT = 3, 4, 5, 6
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def nearest(body, turn, stop, small, jog, seed, max_facets, max_vertices):
+def room(max_facets, max_vertices):
+    """Room for a hull, to be used again for the next."""
+    size = 1
+    while size < 12 * max_facets:
+        size *= 2
+    return (np.empty((max_vertices, 6)), np.empty((max_vertices, 6)),
+            np.empty((max_facets, 6), np.int32), np.empty((max_facets, 6), np.int32),
+            np.empty((max_facets, 6)), np.zeros(max_facets, np.int8),
+            np.zeros(max_facets, np.int32), np.zeros(max_facets),
+            np.empty(max_facets, np.int32), np.empty(max_facets, np.int32),
+            np.empty(max_facets, np.int32), np.empty((1, max_facets)),
+            np.empty(size, np.int32), np.empty(size, np.int64))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def nearest(body, turn, stop, small, jog, seed, work):
     """Return (status, lower, upper, facets made) of the largest ball around the origin.
 
     The origin must lie strictly inside the set, which is round: ``turn`` took it there, and
@@ -34,16 +49,11 @@ def nearest(body, turn, stop, small, jog, seed, max_facets, max_vertices):
     ``lower`` is the distance of the nearest facet of the hull and ``upper`` the support of its
     normal; they meet within ``stop``. SMALL says that an artificial vertex is still on it.
     """
-    vertices, jogged = np.empty((max_vertices, 6)), np.empty((max_vertices, 6))
-    facets = np.empty((max_facets, 6), np.int32)
-    links = np.empty((max_facets, 6), np.int32)
-    planes = np.empty((max_facets, 6))
-    state, mark = np.zeros(max_facets, np.int8), np.zeros(max_facets, np.int32)
-    length = np.zeros(max_facets)
-    stack, free = np.empty(max_facets, np.int32), np.empty(max_facets, np.int32)
-    fresh, edge = np.empty(max_facets, np.int32), np.empty((1, max_facets))
-    table = np.empty(1 << int(np.ceil(np.log2(12.0 * max_facets))), np.int32)
-    tags = np.empty(table.shape[0], np.int64)
+    (vertices, jogged, facets, links, planes, state, mark, length, stack, free, fresh, edge,
+     table, tags) = work
+    max_vertices = vertices.shape[0]
+    state[:] = 0
+    mark[:] = 0
     score, choice = np.empty(body[0].shape[1]), np.empty(body[1].shape[0] - 1, np.int64)
     vertex = np.empty(6)
     points, starts, centres, axes, balls, zero, shift = body
@@ -153,20 +163,20 @@ def strictly_inside(body, inner, size):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def ball(body, stop, max_facets, max_vertices):
+def ball(body, stop, work):
     """Return (status, lower, value) of the largest ball around the origin; 0 when outside.
 
-    Without facets to grow, the value only says whether the origin is inside.
+    Without room for vertices, the value only says whether the origin is inside.
     """
     inner, size, scatter, turn = np.empty(6), np.empty(6), np.empty((6, 6)), np.empty((6, 6))
     if spread(body, inner, size, scatter) == 0.0:
         return FLAT, 0.0, 0.0
     whiten(scatter, size, turn)
-    return ball_of(body, turn, inner, stop, max_facets, max_vertices)
+    return ball_of(body, turn, inner, stop, work)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def ball_of(body, turn, inner, stop, max_facets, max_vertices):
+def ball_of(body, turn, inner, stop, work):
     """``ball`` of a set that ``turn`` takes to a round one; ``inner`` is a point inside."""
     body = whitened(body, turn)
     middle, size = np.empty(6), np.empty(6)
@@ -175,15 +185,15 @@ def ball_of(body, turn, inner, stop, max_facets, max_vertices):
     status, inside = strictly_inside(body, middle, size)
     if status != CAPPED and not inside:
         return GROWN, 0.0, 0.0
-    if max_facets == 0:
+    if work[0].shape[0] == 0:
         return (STUCK if status == CAPPED else GROWN), 0.0, np.inf
     status, lower, upper = STUCK, 0.0, 0.0
     # Points of a smooth set share no plane by chance, and their spacing must stay above the jog.
-    power = -7.0 if body[2].shape[1] == 0 else -10.0
+    power = -7.0 if body[3].shape[0] == 0 else -10.0
     for attempt in range(12):
         jog = 10.0 ** power
         status, lower, upper, _ = nearest(
-            body, turn, stop, 1e-2 * jog, jog, attempt, max_facets, max_vertices)
+            body, turn, stop, 1e-2 * jog, jog, attempt, work)
         if status in (GROWN, FULL):
             return status, lower, upper
         if status in (COARSE, SMALL) or attempt % 3 == 2:

@@ -134,6 +134,7 @@ def whiten(scatter, size, turn):
 def whitened(body, turn):
     """The body in turned coordinates; ``turn`` is scaled so that its rows' extents are 1."""
     points, starts, centres, axes, balls, zero, shift = body
+    columns, round_ = points.shape[1], centres.shape[1]
     moved, middles = np.zeros(points.shape), np.zeros(centres.shape)
     sides, away = np.zeros(axes.shape), np.zeros(6)
     for r in range(6):
@@ -142,17 +143,17 @@ def whitened(body, turn):
             if factor == 0.0:
                 continue
             away[r] += factor * shift[c]
-            for k in range(points.shape[1]):
+            for k in range(columns):
                 moved[r, k] += factor * points[c, k]
-            for k in range(centres.shape[1]):
+            for k in range(round_):
                 middles[r, k] += factor * centres[c, k]
                 for i in range(3):
                     sides[k, r, i] += factor * axes[k, c, i]
     for r in range(6):
         big = 0.0
-        for k in range(moved.shape[1]):
+        for k in range(columns):
             big = max(big, abs(moved[r, k]))
-        for k in range(middles.shape[1]):
+        for k in range(round_):
             big = max(big, abs(middles[r, k]))
             for c in range(3):
                 big = max(big, abs(sides[k, r, c]))

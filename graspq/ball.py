@@ -61,14 +61,15 @@ def _largest(
     packed: Packed, stop: float, facets: int, vertices: int
 ) -> tuple[int, float, float]:
     """Status, lower bound and value of the largest ball, also of all but flat sets."""
-    from graspq._epsilon import FLAT, ball, ball_of
+    from graspq._epsilon import FLAT, ball, ball_of, room
     from graspq.ray import rounded
 
-    status, lower, value = ball(packed.body, stop, facets, vertices)
+    work = room(facets, vertices)
+    status, lower, value = ball(packed.body, stop, work)
     if status != FLAT:
         return status, lower, value
     found = rounded(packed)
     if found is None:
         return 0, 0.0, 0.0
     turn, inner = found
-    return ball_of(packed.body, turn, inner, stop, facets, vertices)
+    return ball_of(packed.body, turn, inner, stop, work)

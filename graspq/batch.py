@@ -62,28 +62,38 @@ def task_scaling_batch(
     if not shared and len(tasks) != count:
         raise GraspError(f"tasks: expected one array (6, m) or a list of {count} of them, one"
                          f" per grasp, got {len(tasks)}")
-    wanted, ends = (as_tasks(tasks), None) if shared else _task_sets(tasks)
+    common = as_tasks(tasks) if shared else None
     out = np.zeros((count, 5))
-    flat = _flatten(grasps) if unloading else None
-    left = range(count)
-    if flat is not None:
+    out[:, 0] = np.inf
+
+    def stretch(low: int, high: int) -> None:
+        # Packed here and not before, so that one thread packs while another computes.
+        sets = (common, None) if common is not None else _task_sets(tasks[low:high], low)
+        flat = _flatten(grasps[low:high])
+        if flat is None:
+            return
         from graspq._batch import reach_many
 
+        wanted, ends = sets
         if ends is None:
-            begins = np.zeros(count, dtype=np.int64)
-            stops = np.full(count, wanted.shape[1], dtype=np.int64)
+            begins = np.zeros(high - low, dtype=np.int64)
+            ends = np.full(high - low + 1, wanted.shape[1], dtype=np.int64)
         else:
-            begins, stops = ends[:-1], ends[1:]
+            begins = ends[:-1]
         stop = 0.2 * tol if tol > 1e-9 else 1e-12
-        _spread(count, workers, lambda low, high: reach_many(
-            *flat, bound == "l1", wanted, begins, stops, low, high, stop, out))
-        left = np.flatnonzero(out[:, 0] > 1)
+        reach_many(*flat, bound == "l1", wanted, begins, ends[1:], 0, high - low, stop,
+                   out[low:high])
 
     def one(g: int) -> None:
-        own = wanted if ends is None else wanted[:, ends[g]:ends[g + 1]]
+        own = common if common is not None else tasks[g]
         s = task_scaling(grasps[g], own, bound, unloading, tol=tol)
         out[g] = 0, s.value, s.lower, s.upper, s.critical_task
 
+    if unloading:
+        _spread(count, workers, stretch)
+    elif common is None:
+        _task_sets(tasks, 0)
+    left = np.flatnonzero(out[:, 0] > 1)
     _each(left, workers, one)
     return ScalingBatch(out[:, 1], out[:, 2], out[:, 3], out[:, 4].astype(np.int64))
 
@@ -101,18 +111,22 @@ def epsilon_batch(
     as_number("tol", tol, positive=True)
     count = _count(grasps)
     out = np.zeros((count, 2))
-    flat = _flatten(grasps) if unloading else None
-    left = np.arange(count)
-    if flat is not None:
+    out[:, 0] = np.inf
+
+    def stretch(low: int, high: int) -> None:
+        flat = _flatten(grasps[low:high])
+        if flat is None:
+            return
         from graspq._ball_batch import ball_many
 
-        _spread(count, workers, lambda low, high: ball_many(
-            *flat, bound == "l1", low, high, FIRST_FACETS, FIRST_VERTICES, out))
-        left = np.flatnonzero(out[:, 0] > 0)
+        ball_many(*flat, bound == "l1", unloading, 0, high - low, FIRST_FACETS, FIRST_VERTICES,
+                  out[low:high])
 
     def one(g: int) -> None:
         out[g] = 0, epsilon(grasps[g], bound, unloading, tol)
 
+    _spread(count, workers, stretch)
+    left = np.flatnonzero(out[:, 0] > 0)
     _each(left, workers, one)
     return out[:, 1]
 
@@ -167,8 +181,11 @@ def _flatten(grasps: Sequence[Any]) -> _Flat | None:
     return _Flat(columns, widths, first, contacts)
 
 
-def _task_sets(tasks: Any) -> tuple[np.ndarray, np.ndarray]:
-    """All task sets side by side and where each ends; looked at singly when something is odd."""
+def _task_sets(tasks: Any, first: int) -> tuple[np.ndarray, np.ndarray | None]:
+    """All task sets side by side and where each ends; looked at singly when something is odd.
+
+    ``first`` is the number of the first, for messages.
+    """
     try:
         every = np.concatenate(tasks, axis=1)
         widths = [t.shape[1] for t in tasks]
@@ -183,7 +200,7 @@ def _task_sets(tasks: Any) -> tuple[np.ndarray, np.ndarray]:
             try:
                 sets.append(as_tasks(task))
             except GraspError as error:
-                raise GraspError(f"tasks[{g}]: {error}") from error
+                raise GraspError(f"tasks[{first + g}]: {error}") from error
         every, widths = np.concatenate(sets, axis=1), [t.shape[1] for t in sets]
     ends = np.zeros(len(widths) + 1, dtype=np.int64)
     np.cumsum(widths, out=ends[1:])

@@ -62,7 +62,8 @@ class _Pool:
         direction = u / self.size
         score = np.empty(self.packed.body[0].shape[1])
         choice, out = np.empty(self.bodies, np.int64), np.empty(6)
-        h = float(support(direction, *self.packed.body, score, choice, out))
+        rest: Any = (*self.packed.body, score, choice, out)
+        h = float(support(direction, *rest))
         for i, pick in enumerate(choice):
             if pick <= -2:
                 k = -2 - pick

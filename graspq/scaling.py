@@ -10,6 +10,7 @@ import numpy as np
 from graspq.errors import as_choice, as_number
 from graspq.sets import as_bound, as_polytopes, as_tasks, pack
 
+_ray: Any = None
 ENGINES = ("ray", "highs")
 UNREACHABLE = "task {j} lies outside the cone of wrenches that the contacts can exert"
 FLAT = "task {j} lies outside the {rank}-dimensional span of what the contacts can exert"
@@ -74,14 +75,18 @@ def task_scaling(
 
         return scale_all_by_lp(as_polytopes(wrenches, "engine 'highs'"), as_tasks(tasks), bound,
                                unloading)
-    from graspq.ray import scale_at_once, scale_by_ray
+    global _ray
+    if _ray is None:
+        # Numba is slow to import, and an import statement slow to pass on every call.
+        from graspq import ray
 
+        _ray = ray
     gap = as_number("tol", tol, positive=True)
     if unloading:
-        found = scale_at_once(wrenches, tasks, bound, gap)
+        found = _ray.scale_at_once(wrenches, tasks, bound, gap)
         if found is not None:
             return found
-    return scale_by_ray(pack(wrenches, bound, unloading), as_tasks(tasks), gap)
+    return _ray.scale_by_ray(pack(wrenches, bound, unloading), as_tasks(tasks), gap)
 
 
 def nothing(contacts: int, critical: int, reason: str, upper: float = 0.0) -> TaskScaling:
