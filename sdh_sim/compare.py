@@ -206,6 +206,13 @@ def unstable_of(table: pa.Table) -> np.ndarray:
     return np.array(table.column("failure").to_pylist(), dtype=object) == "unstable_simulation"
 
 
+def surplus_of(table: pa.Table) -> np.ndarray:
+    """Trials beyond their object's share in a preset, which do not count; (n,) bool."""
+    if SURPLUS not in table.column_names:
+        return np.zeros(table.num_rows, dtype=bool)
+    return np.array([bool(value) for value in table.column(SURPLUS).to_pylist()], dtype=bool)
+
+
 def compare_table(table: pa.Table, metrics: Sequence[str] = METRICS) -> list[Comparison]:
     """Every group of a table of trials (see ``groups_of``), every metric within it."""
     success = np.array(table.column("success").to_pylist(), dtype=bool)

@@ -41,6 +41,9 @@ METHOD = (
 )
 
 
+Draw = Callable[[str, Figure, str], str]
+
+
 class _Writer:
     """Draws figures into the folder and numbers them in the order of the page."""
 
@@ -58,7 +61,7 @@ def write_report(
     folder: Path,
     lead: str,
     reference: Reference | None = None,
-    extra: Callable[[Path], Sequence[Section]] | None = None,
+    extra: Callable[[Draw], Sequence[Section]] | None = None,
 ) -> Path:
     """Write the report of a study.
 
@@ -67,7 +70,8 @@ def write_report(
         folder: made where it is missing; the report's own older files in it are replaced.
         lead: one line below the title, such as the runs' names.
         reference: published numbers to draw beside the own ones.
-        extra: given the folder, further sections for the end of the page.
+        extra: gives further sections for the end of the page; their figures go through its
+            argument (name of the file, figure, caption), which returns the HTML.
 
     Returns:
         the page.
@@ -82,7 +86,7 @@ def write_report(
         write_table(rows, folder / name)
     writer = _Writer(folder)
     with figure_style.style():
-        sections = [*_sections(study, writer, reference), *(extra(folder) if extra else ())]
+        sections = [*_sections(study, writer, reference), *(extra(writer.draw) if extra else ())]
     files = ", ".join(f"{name}.csv" for name in tables)
     sections.append(
         Section(

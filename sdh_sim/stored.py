@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 
+from sdh_sim import compare, records
 from sdh_sim.hand import MOTOR_NAMES, HandKinematics
 from sdh_sim.objects import ObjectInfo, object_info
 from sdh_sim.perception import PerceivedGrasp, perceive
@@ -17,6 +20,35 @@ _NEEDED = (
     *("tactile_proximal", "tactile_distal", "joint_angles_rad", "motor_torque_nm"),
     *("object_pose_hand", "hand_pose_world"),
 )
+
+_NEEDED_TOO = ("trial", "object", "seed", "success", "failure", "torque_limit_nm")
+
+
+def read_stored(paths: Sequence[Path]) -> tuple[pa.Table, list[dict[str, Any]]]:
+    """Tables of trials, one after the other, and their rows.
+
+    A table of an older version need not have the columns that came later: what is here are the
+    columns that all of the tables have.
+
+    Returns:
+        table, and for each trial its values by column name: arrays as numpy, null as None.
+
+    Raises:
+        RecordError: a table lacks what a snapshot consists of.
+    """
+    shared = compare.columns_of(paths, records.SCHEMA.names)
+    names = dict.fromkeys((*_NEEDED_TOO, *_NEEDED, *shared))
+    table = pa.concat_tables([records.read_table(path, list(names)) for path in paths])
+    columns = {}
+    for column in (c for c in records.COLUMNS if c.name in names):
+        values = table.column(column.name).to_pylist()
+        if column.shape:
+            stacked = records.stack(table, column.name)
+            values = [None if v is None else a for v, a in zip(values, stacked, strict=True)]
+        columns[column.name] = values
+    return table, [
+        dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
+    ]
 
 
 def snapshot_of(row: Mapping[str, Any]) -> TactileSnapshot | None:

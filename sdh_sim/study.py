@@ -131,13 +131,13 @@ def study_of(
     division into folds starts from a seed of its own.
     """
     read = table.num_rows
-    if compare.SURPLUS in table.column_names:
-        table = table.filter(_not(table.column(compare.SURPLUS)))
+    table = table.filter(pa.array(~compare.surplus_of(table)))
     groups = compare.groups_of(table)
     comparisons = {(c.group, c.metric): c for c in compare.compare_table(table, metrics)}
     usable = ~compare.unstable_of(table)
     success = np.array(table.column("success").to_pylist(), dtype=bool)
-    fold = _folds(table, success)
+    fold = np.full(len(success), -1)
+    fold[usable] = stratified_folds(table.filter(pa.array(usable)))
     columns = {metric: records.stack(table, metric) for metric in metrics}
     findings, paired = {}, {}
     for group, members in groups.items():
@@ -149,7 +149,7 @@ def study_of(
             findings[group, metric] = _finding(comparisons[group, metric], scored, resamples)
         first, second = (findings[group, m].scored for m in METRICS)
         paired[group] = compare_pair(
-            first.scores, second.scores, first.success, THRESHOLD, _seeded("paired"), resamples
+            first.scores, second.scores, first.success, THRESHOLD, seeded("paired"), resamples
         )
     agreement, load = _load(table, groups, metrics, columns, usable, resamples)
     return Study(
@@ -173,7 +173,7 @@ def _finding(comparison: Comparison, scored: Scored, resamples: int) -> Finding:
         roc=roc(scores, success, np.random.default_rng(0), resamples),
         precision_recall=precision_recall(scores, success, np.random.default_rng(0), resamples),
         best=cross_validate(scores, success, fold) if scored.two_sided else None,
-        calibration=calibrate(scores, success, fold, _seeded("calibration"), resamples),
+        calibration=calibrate(scores, success, fold, seeded("calibration"), resamples),
     )
 
 
@@ -203,18 +203,20 @@ def _load(
             for subset, part in ((EVERY, tested), (SEEN, tested & ~unseen)):
                 keep = members & part
                 agreement[group, metric, subset] = agree(
-                    q[keep], q_sim[keep], capped[keep], _seeded("agreement"), resamples
+                    q[keep], q_sim[keep], capped[keep], seeded("agreement"), resamples
                 )
     return agreement, load
 
 
-def _folds(table: pa.Table, success: np.ndarray) -> np.ndarray:
-    names = table.column("object").to_pylist()
+def stratified_folds(table: pa.Table) -> np.ndarray:
+    """Fold of every trial (n,), stratified by object and outcome; the same for every metric."""
+    names, success = table.column("object").to_pylist(), table.column("success").to_pylist()
     strata = np.array([f"{n} {s}" for n, s in zip(names, success, strict=True)], dtype=object)
-    return assign_folds(strata, _seeded("folds"))
+    return assign_folds(strata, seeded("folds"))
 
 
-def _seeded(purpose: str) -> np.random.Generator:
+def seeded(purpose: str) -> np.random.Generator:
+    """The random stream of a purpose, always the same."""
     return np.random.default_rng(zlib.crc32(purpose.encode()))
 
 
@@ -225,6 +227,3 @@ def _filled(scores: np.ndarray) -> np.ndarray:
 def _flags(column: pa.ChunkedArray) -> np.ndarray:
     return np.array([bool(value) for value in column.to_pylist()], dtype=bool)
 
-
-def _not(column: pa.ChunkedArray) -> pa.Array:
-    return pa.array(~_flags(column))
