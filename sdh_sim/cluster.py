@@ -1,6 +1,9 @@
-"""Trials on a Dask cluster: one that is running somewhere, or two processes here for a test.
+"""Trials on a Dask cluster: one that is running somewhere, or one started on this machine.
 
-Dask is the extra ``distributed``.
+Dask is the extra ``distributed``. A Dask worker does not run trials itself but in processes of its
+own (``sdh_sim.processes``), one per thread: a trial that kills its process is told from its
+neighbours, as it is without Dask, and the worker stays. Where a worker goes away (its machine
+does), Dask runs its trials elsewhere.
 """
 
 from __future__ import annotations
@@ -8,12 +11,15 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import logging
+import multiprocessing
 import queue
 import threading
 import time
+import uuid
 from pathlib import Path
 from typing import Any
 
+from sdh_sim.processes import ProcessExecutor
 from sdh_sim.run_folder import Job
 from sdh_sim.settings import SettingsError
 from sdh_sim.stopping import interrupts_held
@@ -38,28 +44,31 @@ def check(scheduler: str | None) -> None:
 
 
 class DaskExecutor:
-    """An ``Executor`` on a Dask cluster; each worker needs one thread.
+    """An ``Executor`` on a Dask cluster.
 
-    As many trials are under way as the cluster has workers, which may come and go.
+    As many trials run as the cluster has worker threads, which may come and go.
+
+    Args:
+        workers: processes of a cluster on this machine.
+        work: what runs a trial.
+        scheduler: address or scheduler file of a running cluster; None starts one here.
 
     Raises:
         WorkerDied: the scheduler does not answer, or goes away.
-        SettingsError: a worker has several threads.
     """
 
     def __init__(self, workers: int, work: Work, scheduler: str | None) -> None:
         distributed: Any = importlib.import_module("distributed")
         self._work = work
+        self._run = uuid.uuid4().hex
         self._ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._jobs: dict[Any, Job] = {}
         self._counted = -_RECOUNT
         self._slots = 1
         self._cluster: Any = None
-        self._own = scheduler is None
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)
         try:
             with limited_children(), interrupts_held():
-                where = {"address": scheduler}
+                where: dict[str, Any] = {"address": scheduler}
                 if scheduler is None:
                     self._cluster = _local(workers)
                     where = {"address": self._cluster}
@@ -71,22 +80,21 @@ class DaskExecutor:
             raise WorkerDied(f"the Dask scheduler {scheduler} does not answer: {error}") from error
 
     def slots(self) -> int:
-        """Workers of the cluster now, at least 1: with none, the next job waits for one."""
+        """Two jobs per worker thread, so that none waits for the next; at least 1.
+
+        Where there is no worker, a job waits for the first.
+        """
         if time.monotonic() - self._counted >= _RECOUNT:
-            threads = self._client.nthreads()
-            for address, count in threads.items():
-                if count > 1:
-                    raise SettingsError(
-                        f"scheduler: its worker {address} has {count} threads, which trials cannot "
-                        "share; start workers with: dask worker --nthreads 1 --nworkers auto"
-                    )
-            self._slots = max(1, len(threads))
+            try:
+                self._slots = max(1, 2 * sum(self._client.nthreads().values()))
+            except (OSError, TimeoutError, ValueError) as error:
+                raise WorkerDied(f"the Dask scheduler has gone away: {error}") from error
             self._counted = time.monotonic()
         return self._slots
 
     def submit(self, job: Job) -> None:
         """Send the job to the scheduler."""
-        future = self._client.submit(_run, self._work, job, pure=False)
+        future = self._client.submit(_run, self._run, self._work, job, pure=False)
         self._jobs[future] = job
         future.add_done_callback(self._ended.put)
 
@@ -99,28 +107,27 @@ class DaskExecutor:
                 ended.append(self._ended.get_nowait())
         except queue.Empty:
             pass
-        answers = self._client.gather([f for f in ended if f.status == "finished"], errors="skip")
-        answers = iter(answers)
+        good = [future for future in ended if future.status == "finished"]
+        answers = dict(zip(good, self._client.gather(good), strict=True)) if good else {}
         return [
-            (self._jobs.pop(f), next(answers) if f.status == "finished" else self._fate(f))
-            for f in ended
+            (self._jobs.pop(f), answers[f] if f in answers else self._fate(f)) for f in ended
         ]
 
     def _fate(self, future: Any) -> Done:
         if future.status != "error":
             raise WorkerDied("the Dask scheduler has gone away")
         error = future.exception()
-        if type(error).__name__ == "KilledWorker":
-            # A scheduler of ours gives up at once; another has had tries of its own.
-            return Done(None, error="its worker process died", final=not self._own)
         return Done(None, error=f"{type(error).__name__}: {error}".splitlines()[0])
 
     def close(self, finished: bool) -> None:
-        """Drop what is still under way; end the processes where they are ours."""
-        if not finished:
-            self._client.cancel(list(self._jobs), force=True)
-        self._client.close()
-        self._close_cluster()
+        """Drop what is still under way and end the trial processes."""
+        try:
+            if self._client.status == "running":
+                self._client.cancel(list(self._jobs), force=True)
+                self._client.run(_end_run, self._run, on_error="ignore")
+        finally:
+            self._client.close(timeout=5.0)
+            self._close_cluster()
 
     def _close_cluster(self) -> None:
         if self._cluster is not None:
@@ -130,8 +137,8 @@ class DaskExecutor:
 def _local(workers: int) -> Any:
     distributed: Any = importlib.import_module("distributed")
     config: Any = importlib.import_module("dask.config")
-    # Only loopback, no web pages; a dead process costs one try (``run_jobs`` makes the second).
-    with config.set({"distributed.scheduler.allowed-failures": 0}):
+    # On loopback and without web pages; a daemon process may have no children.
+    with config.set({"distributed.worker.daemon": False}):
         return distributed.LocalCluster(
             n_workers=workers,
             threads_per_worker=1,
@@ -142,10 +149,59 @@ def _local(workers: int) -> Any:
         )
 
 
-_ONE = threading.Lock()
+class _Trials:
+    """The trial processes of a Dask worker, of one run at a time."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._run = ""
+        self._idle: list[ProcessExecutor] = []
+
+    def __call__(self, run: str, work: Work, job: Job) -> Done:
+        limit_threads()
+        with self._lock:
+            if run != self._run:
+                self._end_idle()
+                self._run = run
+            executor = self._idle.pop() if self._idle else ProcessExecutor(1, work)
+        keep = False
+        try:
+            executor.submit(job)
+            while not (came := executor.wait(1.0)):
+                pass
+            keep = True
+        except WorkerDied as error:
+            return Done(None, error=str(error), refused=True)
+        finally:
+            with self._lock:
+                if keep and run == self._run:
+                    self._idle.append(executor)
+                else:
+                    executor.close(False)
+        return came[0][1]
+
+    def end(self, run: str) -> None:
+        """End the processes of a run; those at work end with their trial."""
+        with self._lock:
+            if run == self._run:
+                self._run = ""
+                self._end_idle()
+
+    def _end_idle(self) -> None:
+        for executor in self._idle:
+            executor.close(True)
+        self._idle.clear()
 
 
-def _run(work: Work, job: Job) -> Done:
-    limit_threads()
-    with _ONE:  # trials share a model per process
-        return work(job)
+_TRIALS = _Trials()
+
+
+def _run(run: str, work: Work, job: Job) -> Done:
+    if multiprocessing.current_process().daemon:
+        error = "a Dask worker may not start processes; start it with: dask worker --no-nanny"
+        return Done(None, error=error, refused=True)
+    return _TRIALS(run, work, job)
+
+
+def _end_run(run: str) -> None:
+    _TRIALS.end(run)

@@ -94,6 +94,12 @@ def dies(settings: TrialSettings, seed: int, log: bool = False) -> Result:
     return Result(make_row(settings.object, seed))
 
 
+def dies_slowly(settings: TrialSettings, seed: int, log: bool = False) -> Result:
+    """As ``dies``, a twentieth of a second later."""
+    time.sleep(0.05)
+    return dies(settings, seed)
+
+
 def raises(settings: TrialSettings, seed: int, log: bool = False) -> Result:
     """Fails at every sixth seed."""
     _tried(seed)
