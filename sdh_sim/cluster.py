@@ -8,6 +8,8 @@ does), Dask runs its trials elsewhere.
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
 import importlib
 import importlib.util
 import logging
@@ -16,6 +18,7 @@ import queue
 import threading
 import time
 import uuid
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +30,7 @@ from sdh_sim.threads import limit_threads, limited_children
 from sdh_sim.workers import Done, Work, WorkerDied
 
 _CONNECT = 30.0  # [s]
+_GONE = "the Dask scheduler has gone away"
 _RECOUNT = 2.0  # [s] between two looks at how many workers there are
 
 
@@ -85,16 +89,15 @@ class DaskExecutor:
         Where there is no worker, a job waits for the first.
         """
         if time.monotonic() - self._counted >= _RECOUNT:
-            try:
+            with _told_when_gone():
                 self._slots = max(1, 2 * sum(self._client.nthreads().values()))
-            except (OSError, TimeoutError, ValueError) as error:
-                raise WorkerDied(f"the Dask scheduler has gone away: {error}") from error
             self._counted = time.monotonic()
         return self._slots
 
     def submit(self, job: Job) -> None:
         """Send the job to the scheduler."""
-        future = self._client.submit(_run, self._run, self._work, job, pure=False)
+        with _told_when_gone():
+            future = self._client.submit(_run, self._run, self._work, job, pure=False)
         self._jobs[future] = job
         future.add_done_callback(self._ended.put)
 
@@ -107,31 +110,43 @@ class DaskExecutor:
                 ended.append(self._ended.get_nowait())
         except queue.Empty:
             pass
-        good = [future for future in ended if future.status == "finished"]
-        answers = dict(zip(good, self._client.gather(good), strict=True)) if good else {}
-        return [
-            (self._jobs.pop(f), answers[f] if f in answers else self._fate(f)) for f in ended
-        ]
+        with _told_when_gone():
+            good = [future for future in ended if future.status == "finished"]
+            answers = dict(zip(good, self._client.gather(good), strict=True)) if good else {}
+            return [
+                (self._jobs.pop(f), answers[f] if f in answers else self._fate(f)) for f in ended
+            ]
 
     def _fate(self, future: Any) -> Done:
         if future.status != "error":
-            raise WorkerDied("the Dask scheduler has gone away")
+            raise WorkerDied(_GONE)
         error = future.exception()
         return Done(None, error=f"{type(error).__name__}: {error}".splitlines()[0])
 
     def close(self, finished: bool) -> None:
         """Drop what is still under way and end the trial processes."""
-        try:
-            if self._client.status == "running":
+        if self._client.status == "running":
+            with contextlib.suppress(Exception):  # it may go away just now; nothing is left to do
                 self._client.cancel(list(self._jobs), force=True)
                 self._client.run(_end_run, self._run, on_error="ignore")
-        finally:
+        with contextlib.suppress(Exception):
             self._client.close(timeout=5.0)
-            self._close_cluster()
+        self._close_cluster()
 
     def _close_cluster(self) -> None:
         if self._cluster is not None:
             self._cluster.close(timeout=5.0)
+
+
+@contextlib.contextmanager
+def _told_when_gone() -> Iterator[None]:
+    """Whatever Dask raises inside the block (its kinds differ by version) is a lost scheduler."""
+    try:
+        yield
+    except (KeyboardInterrupt, WorkerDied):
+        raise
+    except (Exception, asyncio.CancelledError) as error:
+        raise WorkerDied(f"{_GONE} ({type(error).__name__})") from error
 
 
 def _local(workers: int) -> Any:

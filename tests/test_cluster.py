@@ -63,7 +63,7 @@ def test_a_cluster_here_gives_the_same_bytes_and_tracebacks(tmp_path, wanted):
         *(plan(), tmp_path, 2),
         executor="dask",
         trial=stand_ins.dies,
-        on_trial=lambda row: heard.update(listening(os.getpid())),
+        on_trial=lambda row: heard or heard.update(listening(os.getpid())),
     )
     assert heard == {"127.0.0.1"}
     assert table_bytes(tmp_path) == table_bytes(wanted)
@@ -100,7 +100,7 @@ class Cluster:
         self.log.close()
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def cluster(tmp_path_factory) -> Iterator[Cluster]:
     cluster = Cluster(tmp_path_factory.mktemp("cluster"))
     with contextlib.ExitStack() as stack:
