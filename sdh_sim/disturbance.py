@@ -72,7 +72,7 @@ def _shake(start: np.ndarray, cell: Cell) -> list[np.ndarray]:
     references = []
     for k in range(1, ticks + 1):
         t = k * cell.tick_time
-        ramp = min(1.0, t, (SHAKE_TIME - t))  # [s]: swells and fades over a second
+        ramp = min(1.0, 2.0 * t, 2.0 * (SHAKE_TIME - t))  # swells and fades over half a second
         s = ramp * math.sin(2 * math.pi * SHAKE_FREQUENCY * t)
         references.append(start + s * ((ends[1] if s > 0 else ends[0]) - start) * np.sign(s))
     return references + [start] * round(STILL / cell.tick_time)
