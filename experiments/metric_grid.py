@@ -64,10 +64,10 @@ class Variant:
 
     @property
     def assumes(self) -> str:
-        """The assumptions in words, without the pads."""
+        """The assumptions in short, without the pads."""
         cone = "exact cone" if self.edges is None else f"{self.edges} edges"
-        parts = [cone, f"taxels {self.augment}" if self.augment else "forces at every taxel"]
-        return ", ".join(parts + ([] if self.unloading else ["to the letter"]))
+        parts = [cone, self.augment or "every taxel"]
+        return ", ".join(parts + ([] if self.unloading else ["literal"]))
 
     @property
     def has_boundary(self) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -157,15 +156,16 @@ def results_table(results: Sequence[Result]) -> str:
         ]
         if load:
             cells.append(html.number(a.spearman) if a else html.DASH)
-            bounds = a.median_interval if a else None
-            ends = None if bounds is None else (math.exp(bounds[0]), math.exp(bounds[1]))
-            cells.append(html.number(a.factor, ends) if a else html.DASH)
+            cells.append(html.number(a.factor) if a else html.DASH)
         rows.append(cells)
         before = section
     head = ["pads", "metric", "assumptions", "n", "AUC", "at 1", "at best"]
     return html.table(
         "Every metric and plain baseline: area under the ROC curve, accuracy [%] at the decision "
-        "boundary 1 (of a probability: one half) and at the threshold chosen by cross-validation"
+        "boundary 1 (of a probability: one half) and at the threshold chosen by cross-validation. "
+        "Wrenches at the contact's centre alone (none), and forces without friction (fl), with "
+        "friction (hf) and with torsion (sf) at every active taxel; literal: contacts cannot "
+        "press with less than their limit, equations (9) and (10) to the letter"
         + ("; rank correlation with q_sim and median of q*/q_sim." if load else "."),
         head + (["rank corr.", "q*/q_sim"] if load else []),
         rows,

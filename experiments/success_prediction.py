@@ -67,10 +67,13 @@ def main(argv: Sequence[str] | None = None) -> None:
         fail(str(error))
     if not rows:
         fail(f"{args.runs[0]} holds no finished trial")
+    unseen = unseen_contacts(rows, args.pads)
+    rows = [{**row, "unsensed_contact": flag} for row, flag in zip(rows, unseen, strict=True)]
     variants = grid(args.full)
     values = evaluate_all(
         rows, variants, functools.partial(run_all, title="metrics", workers=args.workers)
     )
+    table = _with_column(table, "unsensed_contact", pa.array(unseen))
     study = study_of(with_pads(table, values, args.pads), tuple(_COLUMNS))
     results = assess(table, [*wrench_candidates(values), *plain_candidates(rows, table)])
     folder = args.out or args.runs[0] / FOLDER
@@ -118,15 +121,27 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
     return args
 
 
+def unseen_contacts(rows: Sequence[dict[str, Any]], pads: str) -> list[bool]:
+    """Whether anything bears force in a trial that the chosen pads do not feel."""
+    return [
+        bool(row.get("unsensed_contact"))
+        or (pads == "distal" and baselines.pads_in_contact(row, ["tactile_proximal"]) > 0)
+        for row in rows
+    ]
+
+
 def with_pads(table: pa.Table, values: dict[Variant, np.ndarray], pads: str) -> pa.Table:
     """The table with the task scalings as predicted from certain pads."""
     for name, (kind, bound, augment) in _COLUMNS.items():
-        column = pa.array(values[Variant(kind, bound, 12, augment, True, pads)], from_pandas=True)
-        if name in table.column_names:
-            table = table.set_column(table.column_names.index(name), name, column)
-        else:
-            table = table.append_column(name, column)
+        scores = values[Variant(kind, bound, 12, augment, True, pads)]
+        table = _with_column(table, name, pa.array(scores, from_pandas=True))
     return table
+
+
+def _with_column(table: pa.Table, name: str, column: pa.Array) -> pa.Table:
+    if name in table.column_names:
+        return table.set_column(table.column_names.index(name), name, column)
+    return table.append_column(name, column)
 
 
 def wrench_candidates(values: dict[Variant, np.ndarray]) -> list[Candidate]:
@@ -225,7 +240,9 @@ def metrics_section(results: Sequence[Result], draw: Draw) -> Section:
         "every metric; full dots: distal pads, hollow: all pads; 95 % intervals. Dashed: chance, "
         "and the accuracy of always predicting the more frequent outcome.",
     )
-    return Section("All metrics on the same grasps", (figure, results_table(results)))
+    files = "The table is metrics.csv; the scores of every single grasp are in scores.csv."
+    parts = (figure, results_table(results), html.paragraph(files))
+    return Section("All metrics on the same grasps", parts)
 
 
 def _score_rows(

@@ -60,8 +60,8 @@ def boxes(study: Study) -> Figure:
         ax.axhline(THRESHOLD, color=fs.GREY, linewidth=0.9, linestyle=(0, (4, 3)), zorder=0)
         ax.set_xticks(range(len(objects)), [fs.object_text(name) for name in objects])
         ax.tick_params(axis="x", length=0)
-        ax.set_ylim(bottom=-0.1)
         fs.letter(ax, position, fs.TEXTS[metric])
+    axes[0].set_ylim(bottom=-0.1)  # shared; the upper end is known once all are drawn
     for ax in axes[len(metrics) :]:
         ax.set_visible(False)
     for ax in axes[::columns]:
