@@ -24,7 +24,7 @@ from sdh_sim import records
 from sdh_sim.atomic import write_atomic
 from sdh_sim.records import ROW_GROUP, RecordError, Row
 
-_CACHED_BLOCKS = 16
+_CACHED_BLOCKS = 6  # of 3 MB; neighbours in the table mostly lie in two or three
 
 
 class _Table:

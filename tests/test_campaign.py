@@ -547,9 +547,14 @@ def test_two_runs_into_one_folder_are_refused(tmp_path, start, whole):
     process = start(tmp_path, 6, "endless")
     lines(process, 1)
     holder = rf"another run is writing into .*\(process {process.pid} on \S+, since "
-    for options in ({"resume": True}, {"overwrite": True}, {}):
+    for resume, overwrite in ((True, False), (False, True), (False, False)):
         with pytest.raises(RunError, match=holder):
-            run_campaign(plan(), tmp_path, 1, trial=stand_ins.quick, **options)
+            run_campaign(
+                *(plan(), tmp_path, 1),
+                resume=resume,
+                overwrite=overwrite,
+                trial=stand_ins.quick,
+            )
     process.kill()
     process.communicate(timeout=20)
     run_campaign(plan(), tmp_path, 1, resume=True, trial=stand_ins.quick)

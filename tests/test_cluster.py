@@ -59,11 +59,16 @@ def wanted(tmp_path_factory) -> Path:
 @needs_dask
 def test_a_cluster_here_gives_the_same_bytes_and_tracebacks(tmp_path, wanted):
     heard: set[str] = set()
+
+    def listen(row) -> None:
+        if not heard:
+            heard.update(listening(os.getpid()))
+
     result = run_campaign(
         *(plan(), tmp_path, 2),
         executor="dask",
         trial=stand_ins.dies,
-        on_trial=lambda row: heard or heard.update(listening(os.getpid())),
+        on_trial=listen,
     )
     assert heard == {"127.0.0.1"}
     assert table_bytes(tmp_path) == table_bytes(wanted)
