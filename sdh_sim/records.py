@@ -33,6 +33,12 @@ class RecordError(ValueError):
     """A table or a row that cannot be used; the message says what came and what would do."""
 
 
+def one_line(text: object, length: int = 200) -> str:
+    """What comes from a file, as part of a message: its first line, cut to a length."""
+    first = (str(text).splitlines() or [""])[0]
+    return first if len(first) <= length else first[: length - 1] + "…"
+
+
 @dataclass(frozen=True)
 class Column:
     """One column of the table.
@@ -189,7 +195,8 @@ def normalise(row: Mapping[str, Any]) -> Row:
         raise RecordError(f"row has unknown column {unknown[0]!r}; columns are listed in COLUMNS")
     full = {column.name: _value(column, row.get(column.name)) for column in COLUMNS}
     if full["failure"] not in FAILURES:
-        raise RecordError(f"failure is {full['failure']!r}; expected one of {', '.join(FAILURES)}")
+        got = one_line(repr(full["failure"]))
+        raise RecordError(f"failure is {got}; expected one of {', '.join(FAILURES)}")
     if full["success"] != (full["failure"] == "none"):
         raise RecordError(f"success is {full['success']} but failure is {full['failure']!r}")
     return full
@@ -220,7 +227,7 @@ def _value(column: Column, value: Any) -> Any:
         if isinstance(error, RecordError):
             raise
         raise RecordError(
-            f"column {column.name!r} got {value!r}; expected {column.arrow_type}"
+            f"column {column.name!r} got {one_line(repr(value))}; expected {column.arrow_type}"
         ) from error
 
 
@@ -288,7 +295,7 @@ def readable(path: Path) -> Iterator[None]:
     except FileNotFoundError as error:
         raise RecordError(f"{path} does not exist") from error
     except (pa.ArrowException, OSError, ValueError, OverflowError) as error:
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        reason = one_line(error) or type(error).__name__
         raise RecordError(f"{path} is not a readable parquet file: {reason}") from error
 
 
@@ -314,10 +321,12 @@ def check_field(path: Path, schema: pa.Schema, column: Column) -> None:
         raise RecordError(
             f"{path} has no column {column.name!r}; it is not a table of this version"
         )
+    if schema.names.count(column.name) > 1:
+        raise RecordError(f"{path} has column {column.name!r} twice; it is not a table of ours")
     found = schema.field(column.name).type
     if found != column.arrow_type:
         raise RecordError(
-            f"{path}: column {column.name!r} is {found}; expected {column.arrow_type}"
+            f"{path}: column {column.name!r} is {one_line(found)}; expected {column.arrow_type}"
         )
 
 

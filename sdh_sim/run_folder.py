@@ -155,7 +155,7 @@ class RunFolder:
             raise self._damaged(error) from error
 
     def _damaged(self, why: object) -> RunError:
-        reason = (str(why).splitlines() or ["unreadable"])[0]
+        reason = records.one_line(why) or "unreadable"
         return RunError(
             f"{self.info} is damaged ({reason}); repair it from a copy, or start again with "
             "--overwrite or another --out"

@@ -17,6 +17,8 @@ import numpy as np
 from sdh_sim.settings import SettingsError, TrialSettings
 
 MAX_TRIALS = 1_000_000
+MAX_OBJECTS = 1000
+MAX_TOTAL = 10_000_000
 SEED_RULE = (
     "numpy SeedSequence([seed, crc32(object name), index within the object])"
     ".generate_state(1, uint64)[0] >> 1"
@@ -65,6 +67,16 @@ class RunPlan:
     def __post_init__(self) -> None:
         _whole("trials", self.trials, 1, MAX_TRIALS)
         _whole("seed", self.seed, 0, 2**63 - 1)
+        if len(self.objects) > MAX_OBJECTS or max(map(len, self.objects), default=0) > 1000:
+            raise SettingsError(
+                f"objects: got {len(self.objects)}; allowed are {MAX_OBJECTS}, with names of up to "
+                "1000 letters"
+            )
+        if self.total > MAX_TOTAL:
+            raise SettingsError(
+                f"trials: got {self.trials} for each of {len(self.objects)} objects; allowed are "
+                f"{MAX_TOTAL} in all"
+            )
         if not self.objects or len(set(self.objects)) != len(self.objects):
             raise SettingsError(f"objects: got {list(self.objects)}; give each object once")
 

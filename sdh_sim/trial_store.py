@@ -14,7 +14,7 @@ import numpy as np
 import pyarrow as pa
 
 from sdh_sim import records
-from sdh_sim.records import FAILURES, RecordError, Row
+from sdh_sim.records import FAILURES, RecordError, Row, one_line
 from sdh_sim.run_plan import RunError, RunPlan, trial_seed
 from sdh_sim.shards import Index, Rows, ShardWriter, join, place
 
@@ -118,12 +118,13 @@ def _numbers_of(table: pa.Table, numbers: Numbers, plan: RunPlan, path: Path) ->
         number = numbers.find(name, seed, trial)
         if number is None:
             raise RunError(
-                f"{path} holds trial {trial} ({name}, seed {seed}), which the settings in "
+                f"{path} holds trial {trial} ({one_line(name)}, seed {seed}), which the settings in "
                 "run.json do not make; start again with --overwrite or another --out"
             )
         if failure not in FAILURES or success != (failure == "none"):
             raise RunError(
-                f"{path}: trial {trial} has success {success} and failure {failure!r}; {_WAY_OUT}"
+                f"{path}: trial {trial} has success {success} and failure "
+                f"{one_line(repr(failure))}; {_WAY_OUT}"
             )
         found.append(number)
     return np.array(found, np.int64)
