@@ -51,10 +51,11 @@ def circumstances() -> list[tuple[str, Callable[[Row], bool]]]:
         ("did not hold", lambda row: not row["success"]),
         ("pads see every contact", lambda row: not row.get("unsensed_contact")),
         ("others bear load too", lambda row: bool(row.get("unsensed_contact"))),
-        ("both: held, pads see all", lambda row: row["success"] and not row.get("unsensed_contact")),
+        ("both: held, pads see all",
+         lambda row: row["success"] and not row.get("unsensed_contact")),
         ("side grasps", lambda row: row.get("approach") == "side"),
         ("top grasps", lambda row: row.get("approach") == "top"),
-    ]
+    ]  # fmt: skip
 
 
 def by_circumstance(

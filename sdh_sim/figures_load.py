@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import PercentFormatter
 
 from sdh_sim import figure_style as fs
 from sdh_sim.compare import METRICS
 from sdh_sim.figures import shown
 from sdh_sim.study import EVERY, Study
+
+_DOT: dict[str, Any] = {
+    "linestyle": "", "marker": "o", "markersize": 3.6, "markeredgewidth": 0.8
+}  # fmt: skip
+_ARROW: dict[str, Any] = {"linestyle": "", "marker": ">", "markersize": 4.5}
 
 
 def calibration(study: Study) -> Figure:
@@ -64,15 +72,10 @@ def load_scatter(study: Study) -> Figure:
         q, q_sim, capped, unseen = study.load[metric]
         q = np.maximum(q, 0.0)
         ax.plot([0, limit], [0, limit], color=fs.GREY, linewidth=0.9, linestyle=(0, (4, 3)))
-        for part, text in ((~unseen, "pads see every contact"), (unseen, "others bear load too")):
-            hollow = text.startswith("others")
-            ax.plot(q_sim[part & ~capped], q[part & ~capped], linestyle="", marker="o",
-                    markersize=3.6, markeredgewidth=0.8, markeredgecolor=fs.COLOURS[metric],
-                    markerfacecolor="white" if hollow else fs.COLOURS[metric], label=text,
-                    alpha=0.8)  # fmt: skip
-        if capped.any():
-            ax.plot(q_sim[capped], q[capped], linestyle="", marker=">", markersize=4.5,
-                    color=fs.COLOURS[metric], label="largest load held")  # fmt: skip
+        for part, face in ((~unseen, fs.COLOURS[metric]), (unseen, "white")):
+            ax.plot(q_sim[part & ~capped], q[part & ~capped], markerfacecolor=face,
+                    markeredgecolor=fs.COLOURS[metric], alpha=0.8, **_DOT)  # fmt: skip
+        ax.plot(q_sim[capped], q[capped], color=fs.COLOURS[metric], **_ARROW)
         # Linear below one weight, so that zeros have a place; logarithmic above.
         ax.set_xscale("symlog", linthresh=1.0, linscale=0.9)
         ax.set_yscale("symlog", linthresh=1.0, linscale=0.9)
@@ -91,7 +94,16 @@ def load_scatter(study: Study) -> Figure:
         ax.set_xlabel(r"$q_{\mathrm{sim}}$ [weights]")
     for ax in axes[len(metrics) :]:
         ax.set_visible(False)
-    axes[0].legend(loc="upper left", handletextpad=0.2)
+    grey = "#444444"
+    handles = [
+        Line2D([], [], markerfacecolor=grey, markeredgecolor=grey,
+               label="the pads feel all that bears load", **_DOT),
+        Line2D([], [], markerfacecolor="white", markeredgecolor=grey,
+               label="something else bears load too", **_DOT),
+    ]  # fmt: skip
+    if any(values[2].any() for values in study.load.values()):
+        handles.append(Line2D([], [], color=grey, label="largest load held", **_ARROW))
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     return figure
 
 
