@@ -118,8 +118,8 @@ def _numbers_of(table: pa.Table, numbers: Numbers, plan: RunPlan, path: Path) ->
         number = numbers.find(name, seed, trial)
         if number is None:
             raise RunError(
-                f"{path} holds trial {trial} ({one_line(name)}, seed {seed}), which the settings in "
-                "run.json do not make; start again with --overwrite or another --out"
+                f"{path} holds trial {trial} ({one_line(name)}, seed {seed}), which the settings "
+                "in run.json do not make; start again with --overwrite or another --out"
             )
         if failure not in FAILURES or success != (failure == "none"):
             raise RunError(
