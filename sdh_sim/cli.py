@@ -83,6 +83,10 @@ def lift(
         str | None,
         typer.Option(help="Pads the prediction uses: all or distal.", show_default="all"),
     ] = None,
+    grasps: Annotated[
+        str | None,
+        typer.Option(help="any, or precision: fingertips alone.", show_default="any"),
+    ] = None,
     arm: Annotated[
         str | None, typer.Option(help="servo, or rigid: nothing moves it.", show_default="servo")
     ] = None,
@@ -182,6 +186,7 @@ def lift(
         "torque_limit": torque_limit,
         "sensor": sensor,
         "pads": pads,
+        "grasps": grasps,
         "arm": arm,
         "timestep": timestep,
         "pad_modulus": pad_modulus,

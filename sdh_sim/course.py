@@ -51,7 +51,7 @@ def find_course(scene: Scene, thing: ObjectInfo, rng: np.random.Generator) -> Co
     """Draw grasps until one is within reach and free of collisions."""
     unreachable = colliding = 0
     for _ in range(MAX_DRAWS):
-        found = plan_course(scene, thing, sample_grasp(thing, rng))
+        found = plan_course(scene, thing, sample_grasp(thing, rng, scene.settings.grasps))
         if isinstance(found, Course):
             return replace(found, unreachable=unreachable, colliding=colliding)
         unreachable += found == UNREACHABLE

@@ -24,6 +24,8 @@ TOP_DEPTH = (0.015, 0.07)  # depth of the grasp centre below the object's top [m
 # Distance from the palm frame to the grasp centre [m]: precision grasps take the distal pads.
 DEPTH = {"parallel": (0.175, 0.235), "centrical": (0.175, 0.235),
          "cylindrical": (0.15, 0.215), "spherical": (0.15, 0.215)}  # fmt: skip
+PRECISION_DEPTH = (0.205, 0.240)  # fingertips alone: nearer, the object meets the distal joints
+PRECISION_PRESHAPES = ("parallel", "centrical")  # whose distal links stay upright
 # Pads reach this far past an object's near face at most; deeper, the proximal links would ride
 # on its edges.
 REACH_IN = 0.040
@@ -55,6 +57,17 @@ SPREADS = {
     "cylindrical_bottle": Spread(0.85, 0.0, 0.022, math.radians(180)),
 }
 DEFAULT_SPREAD = Spread(0.6, 0.25, 0.007, math.radians(15))
+# Fingertip grasps fail more readily: smaller errors keep half of them stable [m].
+PRECISION_OFFSET = {
+    "box": 0.003, "oval_bottle": 0.004, "spray_bottle": 0.006, "cylindrical_bottle": 0.016,
+}  # fmt: skip
+
+
+def _spread(name: str, style: str) -> Spread:
+    spread = SPREADS.get(name, DEFAULT_SPREAD)
+    if style != "precision":
+        return spread
+    return spread._replace(offset=PRECISION_OFFSET.get(name, spread.offset))
 
 
 @dataclass(frozen=True)
@@ -105,12 +118,20 @@ class GraspPlan:
         return target - self.palm_rotation() @ (centre - self.offset)
 
 
-def sample_grasp(thing: ObjectInfo, rng: np.random.Generator) -> GraspPlan:
-    """Draw one grasp; whether the arm can do it is for the trial to find out."""
-    spread = SPREADS.get(thing.name, DEFAULT_SPREAD)
+def sample_grasp(thing: ObjectInfo, rng: np.random.Generator, style: str = "any") -> GraspPlan:
+    """Draw one grasp; whether the arm can do it is for the trial to find out.
+
+    Args:
+        thing: the object.
+        rng: of everything random.
+        style: ``any``, or ``precision`` for fingertip grasps.
+    """
+    precision = style == "precision"
+    spread = _spread(thing.name, style)
     side = bool(rng.random() < spread.side)
     wide = bool(rng.random() < spread.wide)
-    preshape = tuple(PRESHAPES)[int(rng.integers(len(PRESHAPES)))]
+    preshapes = PRECISION_PRESHAPES if precision else tuple(PRESHAPES)
+    preshape = preshapes[int(rng.integers(len(preshapes)))]
     flip = math.pi * float(rng.integers(2))
     if side:
         azimuth = float(rng.uniform(-AZIMUTH, AZIMUTH))
@@ -122,7 +143,7 @@ def sample_grasp(thing: ObjectInfo, rng: np.random.Generator) -> GraspPlan:
         roll = 0.0
         tilt = float(rng.normal(0.0, math.radians(4)))
         height = thing.height - float(rng.uniform(*TOP_DEPTH))
-    low, high = DEPTH[preshape]
+    low, high = PRECISION_DEPTH if precision else DEPTH[preshape]
     ahead = thing.half_narrow if wide else thing.half_wide
     setback = max(0.0, ahead - REACH_IN) if side else 0.0
     # The palm's x, along which the hand closes, is a quarter turn ahead of a side approach.

@@ -20,6 +20,7 @@ PADS = ("all", "distal")
 LOAD_TESTS = ("none", "gravity", "directions")
 DISTURBANCES = ("none", "turn", "shake")
 ARMS = ("servo", "rigid")
+GRASPS = ("any", "precision")
 
 
 class SettingsError(ValueError):
@@ -29,6 +30,7 @@ CHOICES = {
     "sensor": SENSORS,
     "pads": PADS,
     "arm": ARMS,
+    "grasps": GRASPS,
     "load_test": LOAD_TESTS,
     "disturbance": DISTURBANCES,
 }
@@ -59,6 +61,7 @@ class TrialSettings:
         timestep: simulation step [s].
         pad_modulus: Young's modulus of the pad rubber [Pa].
         pad_thickness: thickness of the pad rubber [m].
+        grasps: ``any``, or ``precision`` for fingertip grasps alone.
         arm: ``servo`` for the arm's own joint servos, ``rigid`` for a hundred times their
             stiffness.
         load_test: after the verdict scale the weight until the object gives way (``gravity``);
@@ -83,6 +86,7 @@ class TrialSettings:
     timestep: float = 0.002
     pad_modulus: float = 1.0e6
     pad_thickness: float = 3.0e-3
+    grasps: str = "any"
     arm: str = "servo"
     load_test: str = "none"
     disturbance: str = "none"

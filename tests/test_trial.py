@@ -193,7 +193,7 @@ def test_a_huge_torque_on_a_light_object_always_lifts(monkeypatch, plan):
     scene = build_scene(settings)
     scene.model.body_mass[scene.object] *= 0.2
     scene.model.body_inertia[scene.object] *= 0.2
-    monkeypatch.setattr(course_module, "sample_grasp", lambda thing, rng: plan)
+    monkeypatch.setattr(course_module, "sample_grasp", lambda thing, rng, style: plan)
     monkeypatch.setattr(course_module, "MAX_DRAWS", 1)
     light = dataclasses.replace(object_info(settings.object), mass_kg=0.2 * 0.556)
     row = ending(scene, light, 0).row
