@@ -83,6 +83,13 @@ def lift(
         str | None,
         typer.Option(help="Pads the prediction uses: all or distal.", show_default="all"),
     ] = None,
+    preset: Annotated[
+        str | None,
+        typer.Option(
+            help="paper: fingertip grasps until each object has the paper's share of stable and "
+            "unstable ones. fast: a time step of 4 ms."
+        ),
+    ] = None,
     grasps: Annotated[
         str | None,
         typer.Option(help="any, or precision: fingertips alone.", show_default="any"),
@@ -201,7 +208,8 @@ def lift(
         "friction_error": friction_error,
         "mass_error": mass_error,
     }
-    cli_lift.lift(
+    cli_lift.lift_preset(
+        preset,
         out,
         cli_lift.Asked(
             objects=tuple(object or ()),

@@ -20,15 +20,17 @@ from rich.progress import (
 )
 from rich.table import Table
 
+from sdh_sim import preset
 from sdh_sim.campaign import OnTrial, RunResult, default_workers, run_campaign
 from sdh_sim.cli_console import errors, output, plain_table
 from sdh_sim.objects import object_names
-from sdh_sim.records import FAILURES, Row
+from sdh_sim.records import FAILURES, Row, read_rows, read_table, write_rows
 from sdh_sim.run_folder import RunFolder, RunPlan
 from sdh_sim.settings import SettingsError, TrialSettings
 
 TRIALS = 20
 SEED = 0
+_OUTCOME = ("object", "success", "failure")
 
 
 @dataclass(frozen=True)
@@ -95,6 +97,61 @@ def lift(
             soft_wrap=True,
             markup=False,
         )
+
+
+def lift_preset(name: str | None, out: str | Path, asked: Asked, **options: Any) -> None:
+    """``lift`` with a preset's settings below the ones asked for; None is plain ``lift``."""
+    if name is None:
+        lift(out, asked, **options)
+    elif name == "paper":
+        lift_paper(out, asked, **options)
+    elif name == "fast":
+        settings = {**preset.FAST_SETTINGS, **asked.settings}
+        lift(out, dataclasses.replace(asked, settings=settings), **options)
+    else:
+        raise SettingsError(f"preset: got {name!r}; choose one of paper, fast")
+
+
+def lift_paper(out: str | Path, asked: Asked, **options: Any) -> None:
+    """Run trials until the paper's shares of stable and unstable grasps are full.
+
+    Args:
+        out: folder of the run.
+        asked: seed and settings, on top of the preset's; objects and trials are the paper's.
+        options: as for ``lift``.
+
+    Raises:
+        SettingsError: objects or trials were given too, or a share cannot be filled.
+    """
+    if asked.objects or asked.trials is not None:
+        raise SettingsError("--preset paper decides objects and trials itself; leave both out")
+    folder = RunFolder(out)
+    trials = preset.FIRST
+    if options.get("resume") and folder.holds_run():
+        trials = max(trials, folder.read_plan().trials)
+    settings = {**preset.PAPER_SETTINGS, **asked.settings}
+    while True:
+        lift(out, Asked(tuple(preset.PAPER_SHARES), trials, asked.seed, settings), **options)
+        options = {**options, "resume": True, "overwrite": False}
+        found = preset.shares(read_table(folder.table, _OUTCOME).to_pylist())
+        needed = preset.trials_needed(found, trials)
+        if needed == trials:
+            break
+        errors().print(f"{_state_of(found)}: on to {needed} trials of each", soft_wrap=True)
+        trials = needed
+    write_rows(preset.mark_surplus(read_rows(folder.table)), folder.table)
+    output().print(_state_of(found), soft_wrap=True)
+    short = [name for name, share in found.items() if not share.full]
+    if short:
+        raise SettingsError(
+            f"preset: {', '.join(short)} cannot fill the paper's share in {preset.MOST} trials; "
+            "all that ran is kept; try other settings"
+        )
+
+
+def _state_of(found: Mapping[str, preset.Share]) -> str:
+    parts = (f"{n} {s.stable} held, {s.unstable} not (of {s.wanted})" for n, s in found.items())
+    return "shares: " + "; ".join(parts)
 
 
 def make_plan(asked: Asked, stored: RunPlan | None) -> RunPlan:

@@ -124,6 +124,7 @@ COLUMNS: tuple[Column, ...] = (
     Column("sensed_force_n", _REAL, "N", "sum of normal forces on taxels at the snapshot"),
     Column("unsensed_force_n", _REAL, "N", "the same on palm, edges and backs, which no pad feels"),
     Column("unsensed_contact", _FLAG, "", "such a contact bears force at the snapshot"),
+    Column("surplus", _FLAG, "", "beyond its share of a preset: not compared; null without one"),
     Column("mass_kg", _REAL, "kg", "mass of the object"),
     Column("friction", _REAL, "", "friction coefficient of the object"),
     Column("torque_limit_nm", _REAL, "N m", "torque limit of each motor", (7,)),
