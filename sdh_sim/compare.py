@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from sdh_sim import records
@@ -248,12 +249,21 @@ def _column_names(path: Path) -> set[str]:
 def read_trials(paths: Sequence[Path], extra: Sequence[str] = ()) -> pa.Table:
     """The columns that the comparison needs, of several tables one after the other.
 
+    Trials beyond the share of a preset (``surplus``) are left out.
+
     Args:
         paths: files of trials.
         extra: further columns, which every table must have.
     """
     columns = ("object", "success", "failure", *dict.fromkeys((*METRICS, *extra)))
-    return pa.concat_tables([records.read_table(path, columns) for path in paths])
+    return pa.concat_tables([_compared(path, columns) for path in paths])
+
+
+def _compared(path: Path, columns: Sequence[str]) -> pa.Table:
+    if "surplus" not in _column_names(path):
+        return records.read_table(path, columns)
+    table = records.read_table(path, dict.fromkeys((*columns, "surplus")))
+    return table.filter(pc.fill_null(pc.invert(table["surplus"]), True)).select(list(columns))
 
 
 CSV_HEADER = (
