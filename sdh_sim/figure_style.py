@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 from contextlib import AbstractContextManager
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 from matplotlib import colors
@@ -86,6 +87,12 @@ def letter(axes: Axes, position: int, text: str) -> None:
     axes.set_title(f"({'abcdefgh'[position]}) {text}", loc="left")
 
 
+def legend(axes: Axes, **options: Any) -> None:
+    """The axes' legend, none where nothing has a label (too few trials to draw a curve)."""
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(alignment="left", title_fontsize=8.5, **options)
+
+
 def light(colour: str, share: float) -> tuple[float, float, float]:
     """The colour mixed with white: share 1 is the colour itself, 0 white."""
     red, green, blue = colors.to_rgb(colour)
@@ -104,6 +111,8 @@ def save(figure: Figure, stem: Path) -> tuple[Path, Path]:
         ".svg": {"Date": None, "Creator": None},
         ".png": {"Software": None},
     }
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")  # the places are found: once is enough for both files
     for path in paths:
         buffer = io.BytesIO()
         figure.savefig(buffer, format=path.suffix[1:], dpi=200, metadata=dateless[path.suffix])

@@ -158,7 +158,7 @@ def roc(study: Study, reference: Reference | None = None) -> Figure:
     ax.set(xlim=(-0.01, 1.01), ylim=(-0.01, 1.01), aspect="equal")
     ax.set_xlabel("false positive rate")
     ax.set_ylabel("true positive rate")
-    ax.legend(loc="lower right", title="dots: threshold 1", alignment="left", title_fontsize=8.5)
+    fs.legend(ax, loc="lower right", title="dots: threshold 1")
     return figure
 
 
@@ -184,7 +184,7 @@ def precision_recall(study: Study) -> Figure:
     ax.set(xlim=(-0.01, 1.01), ylim=(0, 1.02))
     ax.set_xlabel("recall (true positive rate)")
     ax.set_ylabel("precision")
-    ax.legend(loc="lower left", title="dots: threshold 1", alignment="left", title_fontsize=8.5)
+    fs.legend(ax, loc="lower left", title="dots: threshold 1")
     return figure
 
 

@@ -54,7 +54,7 @@ def calibration(study: Study) -> Figure:
         if k:
             axes[k].yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
     axes[0].set_ylabel("threshold on $q^*$ [weights]")
-    axes[0].legend(loc="upper right")
+    fs.legend(axes[0], loc="upper right")
     return figure
 
 
