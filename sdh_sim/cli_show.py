@@ -46,6 +46,7 @@ def show(
     result = run_trial(job.settings, job.seed, log=True)
     log: Any = result.log
     row = records.normalise({**result.row, "trial": trial})
+    row["surplus"] = rows[trial]["surplus"]  # known to the run, not to the trial
     if differing := records.differing_columns(row, rows[trial]):
         _warn(folder, differing)
     output().print(verdict(row), markup=False, soft_wrap=True)

@@ -94,9 +94,9 @@ def misperceive(
     pose[:3] += settings.position_error * shift
     # The tracker turns the object about its centre of mass: an error of rotation alone leaves
     # that in place.
-    centre = _matrix(pose[3:]) @ thing.com_m
+    centre = rotation_matrix(pose[3:]) @ thing.com_m
     mujoco.mju_quatIntegrate(pose[3:], settings.angle_error * turn, 1.0)
-    pose[:3] += centre - _matrix(pose[3:]) @ thing.com_m
+    pose[:3] += centre - rotation_matrix(pose[3:]) @ thing.com_m
     known = replace(
         thing,
         friction=thing.friction * max(0.05, 1.0 + settings.friction_error * friction),
@@ -122,7 +122,7 @@ def pad_contacts(
         kinematics: the hand; its posture is changed.
     """
     kinematics.pose(snapshot.joint_angles)
-    rotation, origin = _matrix(snapshot.object_pose_hand[3:]), snapshot.object_pose_hand[:3]
+    rotation, origin = rotation_matrix(snapshot.object_pose_hand[3:]), snapshot.object_pose_hand[:3]
     centre_of_mass = origin + rotation @ thing.com_m
     limits = torque_limits(torque_limit)
     found = []
@@ -170,12 +170,13 @@ def _tangent_patch(kind: str, reading: np.ndarray) -> tuple[np.ndarray, np.ndarr
 def gravity_task(snapshot: TactileSnapshot, thing: ObjectInfo) -> np.ndarray:
     """Wrenches that hold the object against gravity around its centre of mass, (6, m)."""
     down = np.array([0.0, 0.0, -GRAVITY])
-    hand = _matrix(snapshot.hand_pose_world[3:])
-    in_object = _matrix(snapshot.object_pose_hand[3:]).T @ hand.T @ down
+    hand = rotation_matrix(snapshot.hand_pose_world[3:])
+    in_object = rotation_matrix(snapshot.object_pose_hand[3:]).T @ hand.T @ down
     return gq.gravity_tasks(thing.mass_kg, np.zeros(3), in_object, TASK_RADIUS, TASK_SAMPLES)
 
 
-def _matrix(quat: np.ndarray) -> np.ndarray:
+def rotation_matrix(quat: np.ndarray) -> np.ndarray:
+    """Rotation (3, 3) of a unit quaternion w x y z (4,)."""
     matrix = np.empty(9)
     mujoco.mju_quat2Mat(matrix, np.asarray(quat, dtype=float))
     return matrix.reshape(3, 3)
