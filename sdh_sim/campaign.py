@@ -3,96 +3,33 @@
 from __future__ import annotations
 
 import contextlib
-import datetime
 import os
-import signal
-import time
-from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from sdh_sim import records
-from sdh_sim.run_folder import Job, RunError, RunFolder, RunPlan, machine, versions
+from sdh_sim.run_folder import RunError, RunFolder, RunPlan, versions
+from sdh_sim.run_keeper import CampaignError, Interrupted, Keeper, RunResult
 from sdh_sim.run_lock import run_lock
 from sdh_sim.settings import SettingsError
-from sdh_sim.stopping import Stopped, StopSignals
+from sdh_sim.stopping import StopSignals
 from sdh_sim.trial_store import TrialStore
-from sdh_sim.workers import Done, Executor, TrialFunction, Work, WorkerDied, run_jobs
+from sdh_sim.workers import Executor, TrialFunction, Work, run_jobs
+
+__all__ = [
+    "CampaignError",
+    "Interrupted",
+    "OnTrial",
+    "RunResult",
+    "default_workers",
+    "run_campaign",
+]
 
 RERUN = ("all", "failures", "none")
 EXECUTORS = ("processes", "dask")
-LIVE_ROWS = 50_000  # a table up to here (10 s to write) follows the run and is made at a Ctrl-C
-HOPELESS = 10  # errors before any other outcome that stop the run: something is broken for all
 
 OnTrial = Callable[[records.Row], None]
-
-
-class CampaignError(RuntimeError):
-    """A run that broke off; the message says why, what is kept and how to continue.
-
-    Attributes:
-        status: exit status of the command: 2 where the user's disk is at fault, else 1.
-        details: traceback of the worker, or empty.
-    """
-
-    def __init__(self, message: str, status: int = 1, details: str = "") -> None:
-        super().__init__(message)
-        self.status = status
-        self.details = details
-
-
-class Interrupted(CampaignError):
-    """The user, or the system, asked the run to stop; status is 128 plus the signal's number."""
-
-
-class _Refused(Exception):
-    """A worker could not do its part for a reason that is not the trial's."""
-
-    def __init__(self, job: Job, done: Done) -> None:
-        where = f"trial {job.trial} ({job.settings.object}, seed {job.seed})"
-        super().__init__(f"{where} failed: {done.error}")
-        self.done = done
-
-
-class _Hopeless(Exception):
-    """Every trial so far ended as an error."""
-
-    def __init__(self, job: Job, done: Done, count: int) -> None:
-        super().__init__(f"all trials failed ({count}, each tried twice), the last: {done.error}")
-        self.done = done
-
-
-class _SaveFailed(Exception):
-    """Finished trials could not be written; ``__cause__`` is the OSError."""
-
-    def __init__(self, lost: int) -> None:
-        super().__init__()
-        self.lost = lost
-
-
-@dataclass
-class RunResult:
-    """What a run gave.
-
-    Attributes:
-        counts: finished trials, this session's and earlier ones', by object and failure.
-        sim_seconds: simulated time of this session's trials by object [s].
-        wall_seconds: time that workers spent on them by object [s].
-    """
-
-    counts: Counter[tuple[str, str]] = field(default_factory=Counter)
-    sim_seconds: dict[str, float] = field(default_factory=dict)
-    wall_seconds: dict[str, float] = field(default_factory=dict)
-
-    def failures(self, *objects: str) -> Counter[str]:
-        """Trials on these objects (none named: on all) by failure."""
-        total = Counter[str]()
-        for (name, failure), count in self.counts.items():
-            if not objects or name in objects:
-                total[failure] += count
-        return total
 
 
 def default_workers() -> int:
@@ -220,7 +157,7 @@ def _executor(name: str, workers: int, work: Work, scheduler: str | None) -> Exe
 
 def _open(
     plan: RunPlan, folder: RunFolder, resume: bool, overwrite: bool, retry_errors: bool
-) -> _Keeper:
+) -> Keeper:
     sessions: list[dict[str, Any]] = []
     if resume and folder.holds_run():
         stored = folder.read_plan()
@@ -243,163 +180,4 @@ def _open(
         store = folder.open_store(plan, retry_errors)
     except OSError as error:
         raise folder.write_error(error) from error
-    return _Keeper(plan, folder, sessions, store)
-
-
-class _Keeper:
-    """Owns what of the run is on disk."""
-
-    def __init__(
-        self, plan: RunPlan, folder: RunFolder, sessions: list[dict[str, Any]], store: TrialStore
-    ) -> None:
-        self.plan = plan
-        self.folder = folder
-        self.store = store
-        self.result = RunResult(counts=store.counts)
-        self._sessions = sessions
-        self._session: dict[str, Any] = {}
-        self._errors: list[tuple[Job, Done]] = []
-        self._started = self._last_save = time.monotonic()
-
-    def begin(self, command: str, workers: int, rerun: str, executor: str) -> None:
-        """Open this session in run.json; write a first table, which proves that both can be."""
-        now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
-        self._session = {
-            "started": now,
-            "command": command,
-            "executor": executor,
-            "workers": workers,
-            "rerun": rerun,
-            "versions": versions(),
-            **machine(),
-            "state": "running",
-        }
-        for earlier in self._sessions:
-            if isinstance(earlier, dict) and earlier.get("state") == "running":
-                earlier["state"] = "killed"  # it had no chance to say so itself
-        self._sessions.append(self._session)
-        try:
-            self.folder.write_info(self.plan, self._sessions)
-            if self.store.kept <= LIVE_ROWS:
-                self.store.compact()
-        except OSError as error:
-            raise self.folder.write_error(error) from error
-
-    def add(self, batch: list[tuple[Job, Done]]) -> list[records.Row]:
-        """Keep finished trials; they are on the disk when this returns.
-
-        Errors wait in memory until a trial ends otherwise: a run in which something is broken for
-        all keeps no rows, and runs all its trials again when it is mended.
-        """
-        good = [(job, done) for job, done in batch if done.row is not None]
-        refused = [(job, done) for job, done in batch if done.refused]
-        self._errors += [(j, d) for j, d in batch if d.row is None and not d.refused]
-        rows: list[records.Row] = []
-        try:
-            if good or any(failure != "error" for _, failure in self.store.counts):
-                for job, done in self._errors:
-                    self.folder.write_error_file(job, done.details or done.error + "\n")
-                rows += [_error_row(job) for job, _ in self._errors]
-                self._errors = []
-            for job, done in good:
-                if done.diverged is not None:
-                    self.folder.write_state(job, done.diverged)
-                assert done.row is not None
-                rows.append(done.row)
-            if rows:
-                self.store.append(rows)
-        except OSError as error:
-            raise _SaveFailed(len(batch)) from error
-        for job, done in good:
-            self._count(job, done)
-        if refused:
-            raise _Refused(*refused[0])
-        if len(self._errors) >= HOPELESS:
-            self.check_hope()
-        return rows
-
-    def _count(self, job: Job, done: Done) -> None:
-        result, name = self.result, job.settings.object
-        assert done.row is not None
-        for sums, seconds in (
-            (result.sim_seconds, done.row["sim_seconds"] or 0.0),
-            (result.wall_seconds, done.wall_seconds),
-        ):
-            sums[name] = sums.get(name, 0.0) + seconds
-
-    def check_hope(self) -> None:
-        """Raise where every trial so far ended as an error."""
-        if self._errors:
-            raise _Hopeless(*self._errors[-1], len(self._errors))
-
-    def save_if_due(self, every: float) -> None:
-        """Bring the table up to date each time the run has doubled."""
-        new = self.store.in_shards
-        if self.store.kept <= LIVE_ROWS and 2 * new >= self.store.kept:
-            if time.monotonic() - self._last_save < every:
-                return
-            try:
-                self.store.compact()
-            except OSError as error:
-                raise _SaveFailed(0) from error
-            self._last_save = time.monotonic()
-
-    def close(self, cause: BaseException | None) -> None:
-        """Bring all into the table and turn the cause of an early end into the error to raise."""
-        if cause is None:
-            state = "finished"
-        else:
-            state = "interrupted" if isinstance(cause, KeyboardInterrupt) else "broken off"
-        self._session.update(
-            state=state,
-            trials=self.store.kept,
-            wall_seconds=round(time.monotonic() - self._started, 3),
-            trial_wall_seconds={k: round(v, 3) for k, v in self.result.wall_seconds.items()},
-        )
-        lost, refused = 0, None
-        if isinstance(cause, _SaveFailed):
-            lost, refused = cause.lost, cause.__cause__
-        try:
-            if refused is None and (cause is None or self.store.kept <= LIVE_ROWS):
-                self.store.compact()
-            self.folder.write_info(self.plan, self._sessions)
-        except OSError as error:
-            refused = refused or error
-        if isinstance(refused, OSError):
-            raise CampaignError(
-                f"cannot write to {self.folder.path}: {refused.strerror or refused}; {self._kept()}"
-                f"{f', the last {lost} are lost' if lost else ''}; make room, then continue with: "
-                f"{self.folder.resume_command}",
-                status=2,
-            ) from refused
-        if cause is not None:
-            raise self._explain(cause) from cause
-
-    def _explain(self, cause: BaseException) -> BaseException:
-        way_on = f"{self._kept()}; continue with: {self.folder.resume_command}"
-        if isinstance(cause, KeyboardInterrupt):
-            number = signal.SIGTERM if isinstance(cause, Stopped) else signal.SIGINT
-            return Interrupted(f"interrupted: {way_on}", status=128 + number)
-        if isinstance(cause, WorkerDied):
-            return CampaignError(f"{cause}; {way_on}")
-        if isinstance(cause, _Hopeless):
-            return CampaignError(f"{cause}; {way_on}", 1, cause.done.details)
-        if isinstance(cause, _Refused):
-            return CampaignError(f"{cause}; {way_on}", 2, cause.done.details)
-        return cause
-
-    def _kept(self) -> str:
-        where = self.folder.path if self.store.in_shards else self.folder.table
-        return f"{self.store.kept} of {self.plan.total} trials are kept in {where}"
-
-
-def _error_row(job: Job) -> records.Row:
-    return records.normalise(
-        {
-            "trial": job.trial,
-            "object": job.settings.object,
-            "seed": job.seed,
-            "success": False,
-            "failure": "error",
-        }
-    )
+    return Keeper(plan, folder, sessions, store)

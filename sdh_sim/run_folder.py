@@ -48,6 +48,7 @@ class RunFolder:
         unstable: folder of the states in which simulations diverged, if any did.
         errors: folder of the tracebacks of trials that ended as ``error``, if any did.
         lock: file that a run locks while it writes here.
+        reserve: room on the disk for the last trials of a run that fills it.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -63,6 +64,7 @@ class RunFolder:
         self.unstable = self.path / "unstable"
         self.errors = self.path / "errors"
         self.lock = self.path / "run.lock"
+        self.reserve = self.path / "run.reserve"
 
     @property
     def resume_command(self) -> str:
@@ -75,7 +77,7 @@ class RunFolder:
 
     def holds_run(self) -> bool:
         """Whether a run's files are there, readable or not."""
-        return self.table.exists() or self.info.exists()
+        return self.table.exists() or self.info.exists() or bool(shard_files(self.shards))
 
     def make(self) -> None:
         """Make the folder itself; raises RunError where it cannot be."""
@@ -110,7 +112,7 @@ class RunFolder:
         own += self.recordings.glob(f"*-{number}.rrd")
         own += self.unstable.glob(f"trial_{number}.npz")
         own += self.errors.glob(f"trial_{number}.txt")
-        own += [self.info, self.info.with_name(self.info.name + ".tmp")]
+        own += [self.reserve, self.info, self.info.with_name(self.info.name + ".tmp")]
         for path in own:
             path.unlink(missing_ok=True)
         for folder in (self.shards, self.recordings, self.unstable, self.errors):

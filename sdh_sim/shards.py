@@ -9,6 +9,7 @@ take one of each.
 
 from __future__ import annotations
 
+import contextlib
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -221,7 +222,8 @@ class ShardWriter:
         table = records.table_of(rows)
         self._count(self._write(table), table.num_rows)
         if sum(count for _, count in self._small) >= ROW_GROUP:
-            self._join_small()
+            with contextlib.suppress(OSError):  # the rows are safe; the next shard will tell
+                self._join_small()
 
     def _write(self, table: pa.Table) -> Path:
         sink = pa.BufferOutputStream()

@@ -191,6 +191,8 @@ class TrialStore:
             OSError: the disk refused; nothing of them is kept.
         """
         rows = list(rows)
+        if not rows:
+            return
         self._shards.append(rows)
         for row in rows:
             self.done[row["trial"]] = True

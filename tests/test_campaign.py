@@ -6,6 +6,7 @@ import contextlib
 import dataclasses
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -412,13 +413,15 @@ import resource, sys
 sys.path.insert(0, "tests")
 import trial_stand_ins as stand_ins
 from test_campaign import plan
-if len(sys.argv) > 5:
-    resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[5]), int(sys.argv[5])))
+def on_trial(row):
+    print(row["trial"], flush=True)
+    if len(sys.argv) > 5:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[5]), int(sys.argv[5])))
 from sdh_sim.campaign import run_campaign, CampaignError
 try:
     run_campaign(
         plan(int(sys.argv[2])), sys.argv[1], 2, resume=True, save_every=float(sys.argv[4]),
-        trial=getattr(stand_ins, sys.argv[3]), on_trial=lambda row: print(row["trial"], flush=True),
+        trial=getattr(stand_ins, sys.argv[3]), on_trial=on_trial,
     )
 except CampaignError as error:
     print(error, file=sys.stderr)
@@ -517,8 +520,61 @@ def test_kill_at_any_moment_then_resume_gives_the_same_bytes(tmp_path, start, wh
     assert sessions[-1]["state"] == "finished"
 
 
-def test_a_full_disk_keeps_every_finished_trial(tmp_path, start, whole):
-    # No file may grow past a size that shards stay below and the table does not.
+_FULL = """
+import os, subprocess, sys
+sys.path.insert(0, "tests")
+import trial_stand_ins as stand_ins
+from test_campaign import plan
+from sdh_sim.campaign import run_campaign, CampaignError
+from sdh_sim.run_folder import RunFolder
+
+def disk(options):
+    subprocess.run(["mount", "-t", "tmpfs", "-o", options, "tmpfs", sys.argv[1]], check=True)
+
+if __name__ == "__main__":
+    disk("size=1200k")
+    out = os.path.join(sys.argv[1], "run")
+    try:
+        run_campaign(plan(20), out, 2, trial=stand_ins.noted)
+    except CampaignError as error:
+        print(error.status, error)
+    print(len(list(RunFolder(out).finished(plan(20)))))
+    disk("remount,size=20m")
+    seen = []
+    run_campaign(plan(20), out, 2, trial=stand_ins.noted, resume=True, on_trial=seen.append)
+    print(len(seen))
+"""
+
+
+def test_a_full_disk_keeps_every_finished_trial(tmp_path, tries):
+    # A small disk of its own, in a mount namespace: the process does not get out of it.
+    own = ["unshare", "--map-root-user", "--mount"]
+    if shutil.which("unshare") is None or subprocess.run([*own, "true"], check=False).returncode:
+        pytest.skip("this machine lets no process mount a disk for itself")
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    (tmp_path / "full.py").write_text(_FULL)
+    done = subprocess.run(
+        [*own, sys.executable, str(tmp_path / "full.py"), str(disk)],
+        cwd=REPO,
+        env={**os.environ, "PYTHONPATH": str(REPO)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    said, kept, rest = done.stdout.splitlines()
+    assert said == (
+        f"2 cannot write to {disk}/run: No space left on device; {kept} of 40 trials are kept in "
+        f"{disk}/run; make room, then continue with: sdh-sim lift --resume --out {disk}/run"
+    )
+    assert 0 < int(kept) == 40 - int(rest)
+    again = sum(count > 1 for count in tries().values())
+    assert again <= 2  # those in flight when the disk was full
+
+
+def test_a_table_that_cannot_be_written_loses_no_trial(tmp_path, start, whole):
+    # From the first row on no file may grow past a size that shards stay below.
     process = start(tmp_path, 6, "quick", save_every=1000.0, file_size=50_000)
     _, err = process.communicate(timeout=60)
     assert process.returncode == 2
