@@ -25,8 +25,7 @@ import pyarrow.parquet as pq
 if __name__ == "__main__":
     sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parent)]
 
-from test_campaign import plan
-from trial_stand_ins import make_row
+from trial_stand_ins import make_row, plan
 
 from sdh_sim import records
 from sdh_sim.records import RecordError

@@ -19,19 +19,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trial_stand_ins as stand_ins
+from trial_stand_ins import OBJECTS, plan
 
 from sdh_sim import records
 from sdh_sim.campaign import CampaignError, run_campaign
 from sdh_sim.run_folder import RunError, RunFolder, RunPlan, trial_seed
-from sdh_sim.settings import SettingsError, TrialSettings
+from sdh_sim.settings import SettingsError
 from sdh_sim.workers import Work
 
 REPO = Path(__file__).parents[1]
-OBJECTS = ("box", "oval_bottle")
-
-
-def plan(trials: int = 6, objects: tuple[str, ...] = OBJECTS, seed: int = 0, **settings) -> RunPlan:
-    return RunPlan(objects, TrialSettings(objects[0], **settings), trials, seed)
 
 
 def table_bytes(out: Path) -> bytes:
@@ -425,7 +421,7 @@ _RUN = """
 import resource, sys
 sys.path.insert(0, "tests")
 import trial_stand_ins as stand_ins
-from test_campaign import plan
+from trial_stand_ins import plan
 def on_trial(row):
     print(row["trial"], flush=True)
     if len(sys.argv) > 5:
@@ -537,7 +533,7 @@ _FULL = """
 import os, subprocess, sys
 sys.path.insert(0, "tests")
 import trial_stand_ins as stand_ins
-from test_campaign import plan
+from trial_stand_ins import plan
 from sdh_sim.campaign import run_campaign, CampaignError
 from sdh_sim.run_folder import RunFolder
 
@@ -646,7 +642,7 @@ def test_a_script_without_a_main_guard_is_told_so(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(
         f"import sys\nsys.path[:0] = [{str(REPO)!r}, {str(REPO / 'tests')!r}]\n"
-        "import trial_stand_ins\nfrom test_campaign import plan\n"
+        "import trial_stand_ins\nfrom trial_stand_ins import plan\n"
         "from sdh_sim.campaign import run_campaign\n"
         f"run_campaign(plan(1), {str(tmp_path / 'out')!r}, 1, trial=trial_stand_ins.quick)\n"
     )

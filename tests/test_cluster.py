@@ -15,7 +15,8 @@ from pathlib import Path
 
 import pytest
 import trial_stand_ins as stand_ins
-from test_campaign import plan, table_bytes
+from test_campaign import table_bytes
+from trial_stand_ins import plan
 
 from sdh_sim.campaign import CampaignError, run_campaign
 from sdh_sim.run_folder import RunFolder, versions

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_campaign import plan
+from trial_stand_ins import plan
 
 from sdh_sim.run_folder import RunError, RunFolder
 from sdh_sim.settings import SettingsError
@@ -19,7 +19,7 @@ REPO = Path(__file__).parents[1]
 
 def test_damaged_files_give_clear_errors(tmp_path):
     # In a process of its own: a crash in native code would take the tests with it.
-    seconds = float(os.environ.get("SDH_SIM_FUZZ_SECONDS", "6"))
+    seconds = float(os.environ.get("SDH_SIM_FUZZ_SECONDS", "4"))
     seed = 0 if seconds < 10 else int(np.random.default_rng().integers(2**31))
     done = subprocess.run(
         [sys.executable, "tests/fuzz_run.py", "--seconds", str(seconds), "--seed", str(seed)],

@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from test_campaign import plan
-from trial_stand_ins import make_row
+from trial_stand_ins import make_row, plan
 
 from sdh_sim import records
 from sdh_sim.run_folder import RunError, RunFolder
@@ -134,8 +133,7 @@ def test_damaged_shards_are_named(tmp_path, rows):
 _GROW = """
 import resource, sys, tempfile
 sys.path.insert(0, "tests")
-from test_campaign import plan
-from trial_stand_ins import make_row
+from trial_stand_ins import make_row, plan
 from sdh_sim import records
 from sdh_sim.run_folder import RunFolder
 count = int(sys.argv[1])

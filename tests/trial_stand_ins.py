@@ -14,7 +14,15 @@ from typing import Any
 import numpy as np
 
 from sdh_sim.records import FAILURES
+from sdh_sim.run_plan import RunPlan
 from sdh_sim.settings import TrialSettings
+
+OBJECTS = ("box", "oval_bottle")
+
+
+def plan(trials: int = 6, objects: tuple[str, ...] = OBJECTS, seed: int = 0, **settings) -> RunPlan:
+    """A run of stand-ins."""
+    return RunPlan(objects, TrialSettings(objects[0], **settings), trials, seed)
 
 
 @dataclass(frozen=True)
