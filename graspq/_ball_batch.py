@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from numba import njit
-
 from graspq._batch import grasp_body
 from graspq._epsilon import ball, room
+from graspq._jit import entry
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry
 def ball_many(columns, widths, first, contacts, united, zero, low, high, facets, vertices, out):
     """ε of the grasps low to high; rows of ``out`` are status, value."""
     work = room(facets, vertices)

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from graspq._flat import spread
+from graspq._jit import compiled, entry
 from graspq._ray import reach
 
 SINGULAR, REFUSED = 9, 10
-NO_PADS, NOBODY = np.zeros((0, 6)), np.zeros(0, np.int64)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def grasp_body(columns, widths, first, begin, end, united, zero):
     """One grasp as a body: contacts begin to end, whose columns start at ``first``."""
     total = 0
@@ -37,26 +36,31 @@ def grasp_body(columns, widths, first, begin, end, united, zero):
     return body, owners
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def reach_many(columns, widths, first, contacts, united, tasks, begins, ends, low, high, stop,
+@entry
+def reach_many(columns, widths, first, contacts, united, zero, tasks, begins, ends, low, high, stop,
                out):
-    """q* of the grasps low to high; rows of ``out`` are status, value, lower, upper, task."""
+    """q* of the grasps low to high; rows of ``out`` are status, value, lower, upper, task.
+
+    ``zero`` is always true: a literal would be another type, and double what is compiled.
+    """
+    # Made here: a global would be read-only, once more another type.
+    pads, nobody = np.zeros((0, 6)), np.zeros(0, np.int64)
     inner, size, scatter = np.empty(6), np.empty(6), np.empty((6, 6))
     for g in range(low, high):
         begin, end = contacts[g], contacts[g + 1]
-        body, owners = grasp_body(columns, widths, first[begin], begin, end, united, True)
+        body, owners = grasp_body(columns, widths, first[begin], begin, end, united, zero)
         wanted = tasks[:, begins[g]:ends[g]].copy()
         forces = np.zeros((end - begin, 6))
         status, value, lower, upper, critical, sound = reach(
-            wanted, body, NO_PADS, stop, owners, NOBODY, forces)
+            wanted, body, pads, stop, owners, nobody, forces)
         if not sound and spread(body, inner, size, scatter) == 0.0:
             status = SINGULAR
         out[g, 0], out[g, 1], out[g, 2], out[g, 3] = status, value, lower, upper
         out[g, 4] = critical
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def reach_one(columns, widths, united, tasks, stop, forces):
+@entry
+def reach_one(columns, widths, united, zero, tasks, stop, forces):
     """q* of one grasp: (status, value, lower, upper, task). REFUSED leaves it to the checks."""
     if columns.shape[0] != 6 or tasks.shape[0] != 6 or tasks.shape[1] == 0:
         return REFUSED, 0.0, 0.0, 0.0, 0
@@ -73,9 +77,10 @@ def reach_one(columns, widths, united, tasks, stop, forces):
         total += length
     if not total < np.inf:
         return REFUSED, 0.0, 0.0, 0.0, 0
-    body, owners = grasp_body(columns, widths, 0, 0, widths.shape[0], united, True)
+    pads, nobody = np.zeros((0, 6)), np.zeros(0, np.int64)
+    body, owners = grasp_body(columns, widths, 0, 0, widths.shape[0], united, zero)
     status, value, lower, upper, critical, sound = reach(
-        tasks, body, NO_PADS, stop, owners, NOBODY, forces)
+        tasks, body, pads, stop, owners, nobody, forces)
     if not sound and spread(body, np.empty(6), np.empty(6), np.empty((6, 6))) == 0.0:
         return SINGULAR, 0.0, 0.0, 0.0, 0
     return status, value, lower, upper, critical

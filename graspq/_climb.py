@@ -8,14 +8,14 @@ have nothing left to gain.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from graspq._jit import compiled
 from graspq._oracle import FAST, invert
 
 MANY, SLOTS = 256, 64
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
+@compiled(fastmath=FAST)
 def scores(u, points, first, last, out):
     """out = u · points over the columns first to last."""
     u0, u1, u2, u3, u4, u5 = u[0], u[1], u[2], u[3], u[4], u[5]
@@ -24,7 +24,7 @@ def scores(u, points, first, last, out):
                   + u3 * points[3, k] + u4 * points[4, k] + u5 * points[5, k])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
+@compiled(fastmath=FAST)
 def _top(score, first, last):
     best = score[first]
     for k in range(first + 1, last):
@@ -32,7 +32,7 @@ def _top(score, first, last):
     return best
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def best_of(u, points, starts, zero, score, choice):
     """Write every contact's best column (-1 for the origin) and return the sum of their values."""
     scores(u, points, 0, points.shape[1], score)
@@ -56,7 +56,7 @@ def best_of(u, points, starts, zero, score, choice):
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _short_best(u, few, names, counts, zero, score, choice):
     """``best_of`` among the columns that were the best before."""
     total = 0.0
@@ -75,7 +75,7 @@ def _short_best(u, few, names, counts, zero, score, choice):
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def new_list(columns, bodies):
     """Scratch for the columns that were the best of their contact: (few, names, counts, score)."""
     wide = bodies * SLOTS if columns > MANY else 0
@@ -83,7 +83,7 @@ def new_list(columns, bodies):
             np.empty(wide))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _remember(points, choice, short):
     """Add the chosen columns to the list; False when nothing was new or it is full."""
     few, names, counts, _ = short
@@ -105,7 +105,7 @@ def _remember(points, choice, short):
     return grown
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def ask(u, body, enough, score, choice, short, out):
     """Support value of u and its vertex; a vertex worth more than ``enough`` will do."""
     points, starts, zero, shift = body[0], body[1], body[5], body[6]
@@ -129,7 +129,7 @@ def ask(u, body, enough, score, choice, short, out):
     return h
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def climb(state, target, task, body, stop, cap, score, choice, short):
     """Pivot until no vertex improves ``target``; return (solved, upper bound on q)."""
     basis, inverse, directions, kinds, _, picks = state

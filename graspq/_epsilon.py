@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from graspq._climb import new_list
 from graspq._flat import spread, whiten, whitened
@@ -17,6 +16,7 @@ from graspq._hull import (
     known,
     simplex,
 )
+from graspq._jit import compiled, entry
 from graspq._oracle import invert, support
 from graspq._pivot import new_state, times
 from graspq._ray import CAPPED, SOLVED, extent, shoot
@@ -24,7 +24,7 @@ from graspq._ray import CAPPED, SOLVED, extent, shoot
 STUCK, SMALL, COARSE, FLAT = 3, 4, 5, 6
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry
 def room(max_facets, max_vertices):
     """Room for a hull, to be used again for the next."""
     size = 1
@@ -39,7 +39,7 @@ def room(max_facets, max_vertices):
             np.empty(size, np.int32), np.empty(size, np.int64))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def nearest(body, turn, stop, small, jog, seed, work):
     """Return (status, lower, upper, facets made) of the largest ball around the origin.
 
@@ -139,7 +139,7 @@ def nearest(body, turn, stop, small, jog, seed, work):
     return GROWN, confirmed, confirmed, top
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def strictly_inside(body, inner, size):
     """Return (status, inside): whether the origin is interior to a set of full dimension.
 
@@ -158,11 +158,11 @@ def strictly_inside(body, inner, size):
     if not zero:
         body = (points, starts, centres, axes, balls, zero, inner)
     status, value, _, _ = shoot(
-        state, False, -inner, size, body, np.zeros((0, 6)), stop, score, choice, short)
+        state, -inner, size, body, np.zeros((0, 6)), stop, score, choice, short)
     return status, status == SOLVED and (zero or value > 1.0 + 1e-9)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry
 def ball(body, stop, work):
     """Return (status, lower, value) of the largest ball around the origin; 0 when outside.
 
@@ -175,7 +175,7 @@ def ball(body, stop, work):
     return ball_of(body, turn, inner, stop, work)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry
 def ball_of(body, turn, inner, stop, work):
     """``ball`` of a set that ``turn`` takes to a round one; ``inner`` is a point inside."""
     body = whitened(body, turn)
@@ -205,7 +205,7 @@ def ball_of(body, turn, inner, stop, work):
     return status, lower, upper
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _length(plane, turn):
     """Length of a plane's u before the set was turned."""
     total = 0.0
@@ -217,7 +217,7 @@ def _length(plane, turn):
     return np.sqrt(total)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _height_of(planes, f, v):
     total = 0.0
     for r in range(6):
@@ -225,7 +225,7 @@ def _height_of(planes, f, v):
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _exact_plane(f, facets, vertices, plane):
     """Solve u·v = 1 through the exact vertices of f; False when they do not span it."""
     matrix, inverse = np.empty((6, 6)), np.empty((6, 6))

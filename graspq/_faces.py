@@ -10,12 +10,13 @@ later body than the edges that were chosen, so every facet is met once.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from graspq._jit import compiled, entry
 
 ROUND_OFF = 1e-13
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _push(rows, used, vertices, base, basis, dim):
     """Add a face's directions to the orthonormal rows; return (rows used, volume factor)."""
     factor = 1.0
@@ -42,7 +43,7 @@ def _push(rows, used, vertices, base, basis, dim):
     return used, factor
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _complement(rows, used):
     """Complete four (or five) orthonormal rows to six."""
     while used < 6:
@@ -72,13 +73,13 @@ def _complement(rows, used):
         used += 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _dot(a, i, b, j):
     return (a[i, 0] * b[j, 0] + a[i, 1] * b[j, 1] + a[i, 2] * b[j, 2]
             + a[i, 3] * b[j, 3] + a[i, 4] * b[j, 4] + a[i, 5] * b[j, 5])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _wedge(rows, chosen, count, polytopes, wedge):
     """Normals in the plane of rows 4, 5 that support the chosen faces; False when none."""
     vertices, _, _, _, base, _, _, cover_first, cover = polytopes
@@ -119,7 +120,7 @@ def _wedge(rows, chosen, count, polytopes, wedge):
     return True, open_
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _walk(rows, chosen, count, polytopes, px, py, rx, ry, size, flat):
     """Sum of h·vol over the facets that edges met between directions p and r complete."""
     vertices, vertex_first, _, _, base, _, _, _, _ = polytopes
@@ -190,7 +191,7 @@ def _walk(rows, chosen, count, polytopes, px, py, rx, ry, size, flat):
     return total * size
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _plane(rows, chosen, count, polytopes, size, wedge, flat):
     """Contribution of faces whose dimensions add up to four."""
     _complement(rows, 4)
@@ -213,7 +214,7 @@ def _plane(rows, chosen, count, polytopes, size, wedge, flat):
     return _walk(rows, chosen, count, polytopes, px, py, rx, ry, size, flat)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _single(rows, chosen, count, polytopes, size):
     """Contribution of faces whose dimensions add up to five: one normal and its opposite."""
     vertices, vertex_first, _, _, base, _, _, cover_first, cover = polytopes
@@ -243,7 +244,7 @@ def _single(rows, chosen, count, polytopes, size):
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry
 def sum_volume(polytopes, wanted):
     """Volume of the sum of ``polytopes`` = (vertices, vertex_first, face_first, _, base, ...).
 
@@ -261,7 +262,7 @@ def sum_volume(polytopes, wanted):
     return total / 6.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _choose(rows, chosen, polytopes, pattern, bodies, wedge, flat):
     """Run through the faces of one pattern, depth first, without recursion."""
     vertices, _, face_first, _, base, basis, volume, _, _ = polytopes

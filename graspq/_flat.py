@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from graspq._jit import compiled, entry
 from graspq._oracle import FAST
 from graspq._ray import extent
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _add(scatter, x):
-    for r in range(6):
+    for r in range(x.shape[0]):
         for c in range(r + 1):
             scatter[r, c] += x[r] * x[c]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
+@compiled(fastmath=FAST)
 def _row_total(points, r, begin, end):
     total = 0.0
     for k in range(begin, end):
@@ -24,10 +24,10 @@ def _row_total(points, r, begin, end):
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
+@compiled(fastmath=FAST)
 def _scatter(scatter, points, begin, end, stride, mean, size):
     """Add the products of every stride-th point, row by row."""
-    for r in range(6):
+    for r in range(size.shape[0]):
         for c in range(r + 1):
             total, a, b = 0.0, mean[r], mean[c]
             for k in range(begin, end, stride):
@@ -35,14 +35,17 @@ def _scatter(scatter, points, begin, end, stride, mean, size):
             scatter[r, c] += total / (size[r] * size[c])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry
 def spread(body, inner, size, scatter):
     """``spread_of`` a few points of every body, and of all where those seem flat."""
-    pivot = spread_of(body, inner, size, scatter, True)
-    return pivot if pivot > 0.0 else spread_of(body, inner, size, scatter, False)
+    pivot = 0.0
+    for thin in (True, False):
+        if pivot == 0.0:
+            pivot = spread_of(body, inner, size, scatter, thin)
+    return pivot
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def spread_of(body, inner, size, scatter, thin):
     """Write a relative inner point, the extent and the scatter; return the smallest pivot.
 
@@ -57,7 +60,7 @@ def spread_of(body, inner, size, scatter, thin):
     x, mean = np.empty(6), np.empty(6)
     for i in range(starts.shape[0] - 1):
         count = starts[i + 1] - starts[i] + balls[i + 1] - balls[i]
-        for r in range(6):
+        for r in range(size.shape[0]):
             total = _row_total(points, r, starts[i], starts[i + 1])
             for k in range(balls[i], balls[i + 1]):
                 total += centres[r, k]
@@ -68,25 +71,25 @@ def spread_of(body, inner, size, scatter, thin):
         stride = 1 + (starts[i + 1] - starts[i]) // 64 if thin else 1
         _scatter(scatter, points, starts[i], starts[i + 1], stride, mean, size)
         for k in range(balls[i], balls[i + 1]):
-            for r in range(6):
+            for r in range(size.shape[0]):
                 x[r] = (centres[r, k] - mean[r]) / size[r]
             _add(scatter, x)
             for c in range(3):
-                for r in range(6):
+                for r in range(size.shape[0]):
                     x[r] = axes[k, r, c] / size[r]
                 _add(scatter, x)
     return _smallest_pivot(scatter)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _smallest_pivot(scatter):
     a = scatter.copy()
     used = np.zeros(6, np.bool_)
     first = 0.0
     pivot = 0.0
-    for step in range(6):
+    for step in range(a.shape[0]):
         p = -1
-        for r in range(6):
+        for r in range(a.shape[0]):
             if not used[r] and (p < 0 or a[r, r] > a[p, p]):
                 p = r
         pivot = a[p, p]
@@ -95,7 +98,7 @@ def _smallest_pivot(scatter):
         if not pivot > max(1e-14 * first, 1e-26):
             return 0.0
         used[p] = True
-        for r in range(6):
+        for r in range(a.shape[0]):
             for c in range(r + 1):
                 if not used[r] and not used[c]:
                     rp = a[r, p] if r >= p else a[p, r]
@@ -104,11 +107,11 @@ def _smallest_pivot(scatter):
     return pivot / first
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def whiten(scatter, size, turn):
     """Write the map that makes a set of this scatter (lower half, in units of size) round."""
     low = np.zeros((6, 6))
-    for r in range(6):
+    for r in range(size.shape[0]):
         for c in range(r + 1):
             total = scatter[r, c]
             for k in range(c):
@@ -118,27 +121,27 @@ def whiten(scatter, size, turn):
             else:
                 low[r, c] = total / low[c, c]
     turn[:, :] = 0.0
-    for c in range(6):
+    for c in range(size.shape[0]):
         turn[c, c] = 1.0 / low[c, c]
-        for r in range(c + 1, 6):
+        for r in range(c + 1, size.shape[0]):
             total = 0.0
             for k in range(c, r):
                 total -= low[r, k] * turn[k, c]
             turn[r, c] = total / low[r, r]
-    for r in range(6):
-        for c in range(6):
+    for r in range(size.shape[0]):
+        for c in range(size.shape[0]):
             turn[r, c] /= size[c]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def whitened(body, turn):
     """The body in turned coordinates; ``turn`` is scaled so that its rows' extents are 1."""
     points, starts, centres, axes, balls, zero, shift = body
     columns, round_ = points.shape[1], centres.shape[1]
     moved, middles = np.zeros(points.shape), np.zeros(centres.shape)
     sides, away = np.zeros(axes.shape), np.zeros(6)
-    for r in range(6):
-        for c in range(6):
+    for r in range(turn.shape[0]):
+        for c in range(turn.shape[0]):
             factor = turn[r, c]
             if factor == 0.0:
                 continue
@@ -149,7 +152,7 @@ def whitened(body, turn):
                 middles[r, k] += factor * centres[c, k]
                 for i in range(3):
                     sides[k, r, i] += factor * axes[k, c, i]
-    for r in range(6):
+    for r in range(turn.shape[0]):
         big = 0.0
         for k in range(columns):
             big = max(big, abs(moved[r, k]))

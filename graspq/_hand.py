@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from graspq._jit import compiled, entry
 from graspq._simplex import (
     BASIC,
     FAILED,
@@ -23,7 +23,7 @@ CAP = 2000
 RELAXED = 1e-3
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _start(columns, count, basis, inverse, where, lo, hi, x):
     """All slacks basic, everything zero."""
     m = basis.shape[0]
@@ -36,7 +36,7 @@ def _start(columns, count, basis, inverse, where, lo, hi, x):
         x[r] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _cold(columns, count, basis, inverse, where, lo, hi, x):
     """Solve with bounds relaxed around zero, where a start is free, then tighten them."""
     m = basis.shape[0]
@@ -53,7 +53,7 @@ def _cold(columns, count, basis, inverse, where, lo, hi, x):
     return dual(columns, count, basis, inverse, where, lo, hi, x, m, 1.0, CAP)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _warm(columns, count, basis, inverse, where, lo, hi, x):
     """Go on from the last task's basis, whose u still supports the set."""
     m = basis.shape[0]
@@ -67,10 +67,10 @@ def _warm(columns, count, basis, inverse, where, lo, hi, x):
         before += inverse[row, r] * columns[r, m]
     if before < 1e-6 or not refactor(columns, basis, inverse):
         return FAILED
-    return dual(columns, count, basis, inverse, where, lo, hi, x, m, 1.0, 200)
+    return dual(columns, count, basis, inverse, where, lo, hi, x, m, 1.0, CAP)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _violated(columns, count, y, cones, where, lo, hi, made):
     """Append the cone generator that gains most per unit; return its gain."""
     m = columns.shape[0]
@@ -107,7 +107,7 @@ def _violated(columns, count, y, cones, where, lo, hi, made):
     return best
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _refine(columns, count, basis, inverse, where, lo, hi, x, goal, sense, cones, tol, made):
     """Add generators of the exact cones until none gains more than ``tol``."""
     m = basis.shape[0]
@@ -137,7 +137,7 @@ def _refine(columns, count, basis, inverse, where, lo, hi, x, goal, sense, cones
     return FAILED, count, gain
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _possible(columns, count, basis, inverse, where, lo, hi, x, cones, tol, made):
     """Whether the exact cones hold any equilibrium; return (code, columns used).
 
@@ -174,7 +174,7 @@ def _possible(columns, count, basis, inverse, where, lo, hi, x, cones, tol, made
     return code, count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _reached(basis, x):
     m = basis.shape[0]
     for r in range(m):
@@ -183,7 +183,7 @@ def _reached(basis, x):
     return 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry
 def reach(columns, count, tasks, lengths, lo, hi, cones, tol, smallest, weights, used, slacks,
           made):
     """Return (status, value, upper, critical, least, columns used).
@@ -260,7 +260,7 @@ def reach(columns, count, tasks, lengths, lo, hi, cones, tol, smallest, weights,
     return OPTIMAL, value, upper, critical, least, pool
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _bound(basis, inverse, lo, hi, gain, x):
     """Upper bound on q from the multipliers: what the motors can put in, at most."""
     m = basis.shape[0]

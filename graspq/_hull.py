@@ -10,13 +10,14 @@ jogged by ``jog``, so that no seven of them share a plane; exact vertices decide
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from graspq._jit import compiled
 
 GROWN, FULL, BROKEN = 0, 1, 2
 ALIVE, DONE = 1, 2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def simplex(small, vertices, jogged, facets, links, planes, state):
     """Start the hull as a regular simplex of inradius ``small``; return the counts."""
     # Seven unit vectors with equal angles: columns of a Helmert matrix.
@@ -41,7 +42,7 @@ def simplex(small, vertices, jogged, facets, links, planes, state):
     return 7, 7
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def insert(count, first, top, jogged, facets, links, planes, state, mark, stamp, stack, edge,
            free, free_count, table, tags, fresh):
     """Add vertex ``count`` seen from facet ``first``; return (status, top, free, new facets)."""
@@ -116,13 +117,13 @@ def insert(count, first, top, jogged, facets, links, planes, state, mark, stamp,
     return (GROWN if open_sides == 0 else BROKEN), top, free_count, made
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _height(planes, f, v):
     return (planes[f, 0] * v[0] + planes[f, 1] * v[1] + planes[f, 2] * v[2]
             + planes[f, 3] * v[3] + planes[f, 4] * v[4] + planes[f, 5] * v[5])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _opposite(facets, g, m, f):
     """Whether vertex m of g is the one that facet f lacks."""
     lacking = facets[g, m]
@@ -132,7 +133,7 @@ def _opposite(facets, g, m, f):
     return not found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _join(new, facets, links, table, tags, size):
     """Link ``new`` to its neighbours among the new facets by shared four vertices.
 
@@ -175,7 +176,7 @@ def _join(new, facets, links, table, tags, size):
     return change
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def known(vertex, vertices, count):
     """Index of ``vertex`` among the hull's, or -1."""
     for i in range(count):
@@ -187,7 +188,7 @@ def known(vertex, vertices, count):
     return -1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def jog_vertex(vertex, index, jog, seed, out):
     """Move a vertex by a reproducible random amount up to ``jog`` per row."""
     x = np.uint64(index + 1) * np.uint64(0x9E3779B97F4A7C15) + np.uint64(seed)

@@ -7,9 +7,9 @@ Newton's method on it from the right stops after finitely many facets, each foun
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from graspq._climb import new_list
+from graspq._jit import compiled, entry
 from graspq._pivot import dot, new_state, price, row_sum
 from graspq._ray import CAPPED, SOLVED, collect, shoot
 
@@ -17,7 +17,7 @@ EMPTY = 3
 CLOSE = 1e-6
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def highest(state, task, inner, size, body, pads, stop, score, choice, short):
     """Return (status, q, upper, gauge) of the largest q, of any sign, with q t in the set.
 
@@ -27,7 +27,7 @@ def highest(state, task, inner, size, body, pads, stop, score, choice, short):
     u, vertex, ray = np.empty(6), np.empty(6), task.copy()
     q, upper, closest = np.inf, np.inf, 0.0
     for _ in range(200):
-        status, value, _, _ = shoot(state, False, ray, size, body, pads, stop, score, choice, short)
+        status, value, _, _ = shoot(state, ray, size, body, pads, stop, score, choice, short)
         if status != SOLVED:
             return CAPPED, 0.0, 0.0, 0.0
         row_sum(state[1], u)
@@ -50,7 +50,7 @@ def highest(state, task, inner, size, body, pads, stop, score, choice, short):
     return CAPPED, 0.0, 0.0, 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _ray_through(ray, q, task, inner, size):
     """Point the ray from the inner point at q t; True when they are the same point."""
     far, near = 0.0, 0.0
@@ -61,7 +61,7 @@ def _ray_through(ray, q, task, inner, size):
     return far <= 1e-12 * near or far == 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry
 def between(tasks, inner, size, body, pads, stop, owners, ball_owners, forces):
     """Return (status, q, lower, upper, critical): the largest q >= 0 with every q t in the set.
 
@@ -106,7 +106,7 @@ def between(tasks, inner, size, body, pads, stop, owners, ball_owners, forces):
                     g = 0.0
                     if not _ray_through(ray, middle, task, inner, size):
                         status, reach, _, _ = shoot(
-                            state, False, ray, size, body, pads, stop, score, choice, short)
+                            state, ray, size, body, pads, stop, score, choice, short)
                         g = 1.0 / reach if status == SOLVED else 1.0
                     slip = 1.0 if g >= 1.0 else min(1.0, (gauge - 1.0) / (gauge - g))
                 lower = min(lower, high - (high - middle) * slip)

@@ -8,12 +8,13 @@ of the origin. The set is the Minkowski sum of the bodies less ``shift``.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from graspq._jit import compiled
 
 FAST = {"contract", "nsz", "reassoc", "nnan"}
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
+@compiled(fastmath=FAST)
 def support(u, points, starts, centres, axes, balls, zero, shift, score, choice, out):
     """Write the support point of direction u to ``out`` and return the support value.
 
@@ -51,7 +52,7 @@ def support(u, points, starts, centres, axes, balls, zero, shift, score, choice,
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _ball_value(u, centres, axes, k):
     value, square = 0.0, 0.0
     for r in range(6):
@@ -64,7 +65,7 @@ def _ball_value(u, centres, axes, k):
     return value + np.sqrt(square)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def add_atom(u, points, centres, axes, pick, weight, out):
     """Add ``weight`` times the support point that ``pick`` names in direction u to ``out``."""
     if pick >= 0:
@@ -87,33 +88,34 @@ def add_atom(u, points, centres, axes, pick, weight, out):
             out[r] += weight * value
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def invert(matrix, inverse):
     """Invert a 6×6 matrix by Gauss-Jordan elimination with pivoting; False when singular."""
-    a = matrix.copy()
+    # A size that the compiler does not know keeps it from unrolling this at every call.
+    a, n = matrix.copy(), matrix.shape[0]
     inverse[:, :] = 0.0
-    for r in range(6):
+    for r in range(n):
         inverse[r, r] = 1.0
-    for c in range(6):
+    for c in range(n):
         p = c
-        for r in range(c + 1, 6):
+        for r in range(c + 1, n):
             if abs(a[r, c]) > abs(a[p, c]):
                 p = r
         if a[p, c] == 0.0:
             return False
         if p != c:
-            for k in range(6):
+            for k in range(n):
                 a[c, k], a[p, k] = a[p, k], a[c, k]
                 inverse[c, k], inverse[p, k] = inverse[p, k], inverse[c, k]
         scale = 1.0 / a[c, c]
-        for k in range(6):
+        for k in range(n):
             a[c, k] *= scale
             inverse[c, k] *= scale
-        for r in range(6):
+        for r in range(n):
             if r != c:
                 factor = a[r, c]
                 if factor != 0.0:
-                    for k in range(6):
+                    for k in range(n):
                         a[r, k] -= factor * a[c, k]
                         inverse[r, k] -= factor * inverse[c, k]
     return True

@@ -4,16 +4,16 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from graspq._climb import ask
+from graspq._jit import compiled
 from graspq._oracle import invert, support
 
 SMALL = 1e-3
 REAL, PAD, ARTIFICIAL = 0, 1, 2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def price(u, body, pads, score, choice, out):
     """Support of the set together with the pads ±p that stand for directions it lacks."""
     points, starts, centres, axes, balls, zero, shift = body
@@ -30,7 +30,7 @@ def price(u, body, pads, score, choice, out):
     return h, kind
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def replace(state, leave, vertex, u, kind, choice, column):
     """Pivot ``vertex`` into place ``leave``; ``column`` is B⁻¹ times the vertex.
 
@@ -52,14 +52,14 @@ def replace(state, leave, vertex, u, kind, choice, column):
         picks[leave, i] = choice[i]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def new_state(bodies):
     """Scratch of a basis: (basis, inverse, directions, kinds, weights, atoms of the vertices)."""
-    return (np.empty((6, 6)), np.empty((6, 6)), np.empty((6, 6)), np.zeros(6, np.int64),
-            np.zeros(6), np.zeros((6, bodies), np.int64))
+    return (np.empty((6, 6)), np.empty((6, 6)), np.empty((6, 6)),
+            np.full(6, ARTIFICIAL), np.zeros(6), np.zeros((6, bodies), np.int64))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def times(inverse, vector, out):
     for r in range(6):
         total = 0.0
@@ -68,19 +68,19 @@ def times(inverse, vector, out):
         out[r] = total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def row_sum(inverse, u):
     for c in range(6):
         u[c] = (inverse[0, c] + inverse[1, c] + inverse[2, c]
                 + inverse[3, c] + inverse[4, c] + inverse[5, c])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def start_basis(state, task, size):
     """Set up the artificial basis around ``task`` for a set of extent ``size`` per row."""
     basis, inverse, directions, kinds = state[0], state[1], state[2], state[3]
@@ -94,7 +94,7 @@ def start_basis(state, task, size):
         kinds[r] = ARTIFICIAL
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def primal(state, target, task, body, pads, stop, cap, score, choice):
     """Pivot until no vertex improves ``target``; return (solved, upper bound on q, steps)."""
     inverse = state[1]
@@ -125,7 +125,7 @@ def primal(state, target, task, body, pads, stop, cap, score, choice):
     return False, upper, cap
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _worth(u, body, pads, enough, score, choice, short, out):
     """``price``; of plain polytopes any vertex worth more than ``enough``."""
     if body[3].shape[0] > 0 or pads.shape[0] > 0:
@@ -133,7 +133,7 @@ def _worth(u, body, pads, enough, score, choice, short, out):
     return ask(u, body, enough, score, choice, short, out), REAL
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def dual(state, task, body, pads, stop, cap, score, choice, short):
     """Keep u feasible and make the weights of ``task`` non-negative.
 

@@ -10,9 +10,9 @@ to matter.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from graspq._climb import climb, new_list
+from graspq._jit import compiled, entry
 from graspq._oracle import FAST, add_atom, invert
 from graspq._pivot import (
     ARTIFICIAL,
@@ -33,7 +33,7 @@ TINY = 1e-9
 STEEP = 1e5
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _settle(state, task, size, body, pads, score, choice, stop):
     """Refactor, recompute and return (good, value, upper, share left on artificials)."""
     basis, inverse, _, kinds, weights, _ = state
@@ -82,7 +82,7 @@ def _settle(state, task, size, body, pads, score, choice, stop):
     return good, min(value, upper), upper, left
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _separate(state, task, size, body, pads, score, choice):
     """Upper bound from the plane of the real basis vertices; inf when it cuts the set.
 
@@ -106,12 +106,11 @@ def _separate(state, task, size, body, pads, score, choice):
     return max(h, 0.0) / reach
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def shoot(state, warm, task, size, body, pads, stop, score, choice, short):
+@compiled
+def shoot(state, task, size, body, pads, stop, score, choice, short):
     """Return (status, value, lower, upper) of the reach along ``task``.
 
-    ``state``, see ``new_state``, is kept for the next task, which
-    may start warm from it.
+    ``state``, see ``new_state``, is kept: the next task starts warm from it.
     """
     kinds = state[3]
     # The task's own length in units of the set decides what counts as zero reach.
@@ -119,12 +118,15 @@ def shoot(state, warm, task, size, body, pads, stop, score, choice, short):
     for r in range(6):
         far = max(far, abs(task[r]) / size[r])
     zero = TINY / far
-    if warm and dual(state, task, body, pads, stop, 60, score, choice, short) == 0:
-        good, value, upper, left = _settle(state, task, size, body, pads, score, choice, stop)
-        if good and left == 0.0:
-            return SOLVED, value, value, max(upper, value)
     cap = 400 if body[3].shape[0] == 0 else 4000
     plain = body[3].shape[0] == 0 and pads.shape[0] == 0
+    warm = True
+    for r in range(6):
+        warm = warm and kinds[r] != ARTIFICIAL
+    if warm and dual(state, task, body, pads, stop, cap // 7, score, choice, short) == 0:
+        good, value, upper, left = _settle(state, task, size, body, pads, score, choice, stop)
+        if good and left == 0.0 and upper <= value * (1.0 + 1e-9 + 10.0 * stop):
+            return SOLVED, value, value, max(upper, value)
     jitter = 1e-10
     best = np.inf
     for attempt in range(4):
@@ -145,7 +147,7 @@ def shoot(state, warm, task, size, body, pads, stop, score, choice, short):
             if not done:
                 break
             if best > zero:
-                dual(state, task, body, pads, stop, 200, score, choice, short)
+                dual(state, task, body, pads, stop, cap // 2, score, choice, short)
             good, value, upper, left = _settle(state, task, size, body, pads, score, choice, stop)
             best = min(best, upper)
             if left > 1e-12:
@@ -171,7 +173,7 @@ def shoot(state, warm, task, size, body, pads, stop, score, choice, short):
     return CAPPED, 0.0, 0.0, best
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def collect(state, body, owners, ball_owners, forces):
     """Write the contacts' wrenches (n, 6) at the optimum, from the basis and its weights."""
     points, centres, axes = body[0], body[2], body[3]
@@ -192,7 +194,7 @@ def collect(state, body, owners, ball_owners, forces):
                      forces[contact])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
+@compiled(fastmath=FAST)
 def _row_extent(points, r):
     big = 0.0
     for k in range(points.shape[1]):
@@ -201,11 +203,11 @@ def _row_extent(points, r):
     return big
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry
 def extent(body, size):
     """Largest absolute entry per row of the atoms; 1 for a row without any."""
     points, _, centres, axes, _, _, shift = body
-    for r in range(6):
+    for r in range(size.shape[0]):
         big = max(abs(shift[r]), _row_extent(points, r))
         for k in range(centres.shape[1]):
             big = max(big, abs(centres[r, k]))
@@ -213,11 +215,11 @@ def extent(body, size):
                 big = max(big, abs(axes[k, r, c]))
         size[r] = big
     most = size.max()
-    for r in range(6):
+    for r in range(size.shape[0]):
         size[r] = max(size[r], 1e-6 * most)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry
 def reach(tasks, body, pads, stop, owners, ball_owners, forces):
     """Return (status, value, lower, upper, critical, sound) of the task set's smallest reach.
 
@@ -229,20 +231,18 @@ def reach(tasks, body, pads, stop, owners, ball_owners, forces):
     size, task = np.empty(6), np.empty(6)
     extent(body, size)
     value, lower, upper, critical = np.inf, np.inf, np.inf, -1
-    warm, sound = False, True
+    sound = True
     for j in range(tasks.shape[1]):
         for r in range(6):
             task[r] = tasks[r, j]
         status, q, low, high = shoot(
-            state, warm, task, size, body, pads, stop, score, choice, short)
+            state, task, size, body, pads, stop, score, choice, short)
         if status == CAPPED:
             return CAPPED, q, low, high, j, False
-        warm = status == SOLVED
         for r in range(6):
-            warm = warm and state[3][r] != ARTIFICIAL
+            sound = sound and state[3][r] != ARTIFICIAL
             for c in range(6):
                 sound = sound and abs(state[1][r, c]) * size[c] < STEEP
-        sound = sound and warm
         lower, upper = min(lower, low), min(upper, high)
         if q < value:
             value, critical = q, j

@@ -9,14 +9,15 @@ explicitly: m is a dozen. Everything is in units in which the entries are of siz
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from graspq._jit import compiled
 
 OPTIMAL, INFEASIBLE, UNBOUNDED, FAILED = 0, 1, 2, 3
 LOWER, UPPER, BASIC = 0, 1, 2
 PRICE, FEASIBLE, PIVOT = 1e-11, 1e-11, 1e-9
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
+@compiled(fastmath={"contract", "reassoc", "nsz"})
 def times_columns(y, columns, count, out):
     """out = y A over the first ``count`` columns."""
     for j in range(count):
@@ -28,7 +29,7 @@ def times_columns(y, columns, count, out):
                 out[j] += factor * columns[r, j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def refactor(columns, basis, inverse):
     """Invert the basis by Gauss-Jordan elimination with pivoting; False when singular."""
     m = basis.shape[0]
@@ -61,7 +62,7 @@ def refactor(columns, basis, inverse):
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def values(columns, basis, inverse, where, lo, hi, x):
     """Recompute the basic values from the slacks that rest on their bounds."""
     m = basis.shape[0]
@@ -78,7 +79,7 @@ def values(columns, basis, inverse, where, lo, hi, x):
         x[r] = total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def exchange(inverse, column, leave):
     """Update the inverse when a column with B⁻¹ a = ``column`` enters at row ``leave``."""
     m = inverse.shape[0]
@@ -92,7 +93,7 @@ def exchange(inverse, column, leave):
                 inverse[r, c] -= factor * inverse[leave, c]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _prices(columns, count, basis, inverse, goal, sense, reduced):
     """Reduced costs of the objective sense·x_goal."""
     m = basis.shape[0]
@@ -108,7 +109,7 @@ def _prices(columns, count, basis, inverse, goal, sense, reduced):
     reduced[goal] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _column(columns, inverse, j, out):
     m = inverse.shape[0]
     for r in range(m):
@@ -118,7 +119,7 @@ def _column(columns, inverse, j, out):
         out[r] = total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def primal(columns, count, basis, inverse, where, lo, hi, x, goal, sense, cap):
     """Improve sense·x_goal from a feasible basis."""
     m = basis.shape[0]
@@ -181,7 +182,7 @@ def primal(columns, count, basis, inverse, where, lo, hi, x, goal, sense, cap):
     return FAILED
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def dual(columns, count, basis, inverse, where, lo, hi, x, goal, sense, cap):
     """Restore feasibility while the reduced costs keep their signs."""
     m = basis.shape[0]

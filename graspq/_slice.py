@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from graspq._climb import new_list
+from graspq._jit import entry
 from graspq._pivot import new_state, row_sum
 from graspq._ray import extent, shoot
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry
 def stops(rays, body, pads, stop, reaches, planes):
     """Reach and supporting plane u (u·x <= 1) of every ray (6, m); False when one failed."""
     score, choice = np.empty(body[0].shape[1]), np.empty(body[1].shape[0] - 1, np.int64)
@@ -21,7 +21,7 @@ def stops(rays, body, pads, stop, reaches, planes):
     for j in range(rays.shape[1]):
         for r in range(6):
             ray[r] = rays[r, j]
-        status, value, _, _ = shoot(state, False, ray, size, body, pads, stop, score, choice, short)
+        status, value, _, _ = shoot(state, ray, size, body, pads, stop, score, choice, short)
         if status != 0:
             reaches[j] = 0.0
             return False

@@ -81,7 +81,7 @@ def task_scaling_batch(
         else:
             begins = ends[:-1]
         stop = 0.2 * tol if tol > 1e-9 else 1e-12
-        reach_many(*flat, bound == "l1", wanted, begins, ends[1:], 0, high - low, stop,
+        reach_many(*flat, bound == "l1", unloading, wanted, begins, ends[1:], 0, high - low, stop,
                    out[low:high])
 
     def one(g: int) -> None:
