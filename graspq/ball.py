@@ -8,7 +8,7 @@ from graspq.errors import GraspError, as_number
 from graspq.sets import Packed, as_bound, pack
 
 FIRST_FACETS, MOST_FACETS = 16_384, 131_072
-FIRST_VERTICES, MOST_VERTICES = 1024, 32_000
+FIRST_VERTICES, MOST_VERTICES = 1024, 8192
 
 
 def epsilon(

@@ -91,3 +91,33 @@ def test_what_needs_vertices_says_so():
     made = sets([gq.Contact([0, 0, 0], [0, 0, 1.0], 0.5)], None)
     with pytest.raises(gq.GraspError, match="edges"):
         gq.task_scaling(made, np.eye(6)[0], engine="highs")
+
+
+@pytest.mark.parametrize("kind", ["antipodal", "symmetric", "patch"])
+def test_epsilon_of_round_sets_ends_soon_and_never_below_the_sample(kind):
+    # Sets of revolution touch their ball along whole arcs: an answer or an error, and soon.
+    import time
+
+    gq.epsilon(sets([gq.Contact([0, 0, 0], [0, 0, 1.0], 0.5)], None))
+    for seed in range(4):
+        rng = np.random.default_rng([seed, 41])
+        made = contacts(rng, kind)
+        augment = "sf" if kind == "patch" else "none"
+        begin = time.perf_counter()
+        try:
+            assert gq.epsilon(sets(made, None, augment), tol=1e-4) >= gq.epsilon(
+                sets(made, 12, augment)) * (1 - 1e-6)
+        except gq.GraspError as error:
+            assert "did not close" in str(error)
+        assert time.perf_counter() - begin < 30
+
+
+def test_a_task_on_the_edge_of_sets_that_only_just_hold_the_origin():
+    # A contact without force puts the origin at a vertex of the hull: unloading or not is one.
+    for seed in range(6):
+        rng = np.random.default_rng([seed, 17])
+        made = sets(contacts(rng, "idle"), None)
+        wanted = sum(w.centres[:, 0] for w in made)
+        free, bound = (gq.task_scaling(made, wanted, "l1", u) for u in (True, False))
+        assert free.value > 0
+        assert bound.value == pytest.approx(free.value, rel=1e-6)
