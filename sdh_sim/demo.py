@@ -28,7 +28,7 @@ def run_demo(out: Path) -> None:
     run = out / "run"
     folder = RunFolder(run)
     command = f"sdh-sim demo --out {out}"
-    errors().print("the first run on a machine compiles the metrics: about a minute", soft_wrap=True)
+    errors().print("the first run here compiles the metrics: about a minute", soft_wrap=True)
     lift(run, Asked(("all",), TRIALS, SEED, {}), overwrite=folder.holds_run(), command=command)
     compare([run])
     rows = folder.read_rows(folder.read_plan())
