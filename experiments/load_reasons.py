@@ -11,8 +11,10 @@ import numpy as np
 from experiments.metric_grid import Variant
 from sdh_sim import report_html as html
 from sdh_sim.compare import NAMES
+from sdh_sim.preset import NO_TRUTH
 from sdh_sim.report_html import Cell, Section
 from sdh_sim.study import Study
+from sdh_sim.trial_tables import SURPLUS
 
 SHOWN = 8
 _BOUNDS = {
@@ -35,7 +37,9 @@ def load_section(
     tested = [
         k
         for k, row in enumerate(rows)
-        if row.get("q_sim") is not None and row["failure"] != "unstable_simulation"
+        if row.get("q_sim") is not None
+        and row["failure"] not in NO_TRUTH
+        and not row.get(SURPLUS)
     ]
     return Section(
         "Why the bounds miss",

@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow as pa
 from matplotlib.figure import Figure
 
-from sdh_sim import compare, figure_style, records
+from sdh_sim import compare, figure_style, records, trial_tables
 from sdh_sim import report_html as html
 from sdh_sim.agreement import Agreement, agree
 from sdh_sim.compare import Comparison
@@ -95,7 +95,7 @@ def _ends(name: str, bounds: tuple[float, float] | None) -> dict[str, float | No
 def folds_and_truth(table: pa.Table) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Success (n,), trials that count (n,), fold (n,): the folds of the report's own numbers."""
     success = np.array(table.column("success").to_pylist(), dtype=bool)
-    usable = ~compare.unstable_of(table) & ~compare.surplus_of(table)
+    usable = ~trial_tables.unstable_of(table) & ~trial_tables.surplus_of(table)
     fold = np.full(len(success), -1)
     fold[usable] = stratified_folds(table.filter(pa.array(usable)))
     return success, usable, fold

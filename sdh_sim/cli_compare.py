@@ -10,6 +10,7 @@ from pathlib import Path
 from rich.table import Table
 
 from sdh_sim import compare as statistics
+from sdh_sim import trial_tables
 from sdh_sim.atomic import write_atomic
 from sdh_sim.cli_console import output, plain_table
 from sdh_sim.compare import ALL_METRICS, METRICS, NAMES, Comparison, Rate
@@ -191,7 +192,9 @@ def notes(results: Sequence[Comparison], runs: Sequence[Path]) -> list[str]:
     if last.missing:
         lines.append(f"{last.missing} trials without q* count as q* = 0, a predicted failure.")
     if last.unstable:
-        lines.append(f"{last.unstable} trials left out: their simulation was unstable.")
+        lines.append(
+            f"{last.unstable} trials left out: their simulation was unstable or broke off."
+        )
     for run in runs:
         lines += _unfinished(run)
     return lines
@@ -225,7 +228,7 @@ def _unfinished(run: Path) -> list[str]:
     folder = RunFolder(run)
     try:
         plan = folder.read_plan()
-        rows = statistics.read_trials([folder.table]).num_rows
+        rows = trial_tables.read_trials([folder.table]).num_rows
     except ValueError:  # a bare table: nothing is known about how long it should be
         return []
     if rows >= plan.total:

@@ -1,27 +1,26 @@
 """Predicted against simulated success: what a threshold on q* gets right, and how well q* ranks.
 
 A grasp is predicted to succeed when q* > 1, as section IV-B of the paper does. Trials that ended
-as ``unstable_simulation`` have no truth to compare with: they are left out and counted. A trial
-without q* (no pad had a reading, or no solution was found) counts as q* = 0, a predicted failure:
-a predictor that sees nothing promises nothing, and leaving such trials out would flatter it.
+as ``unstable_simulation`` or ``error`` have no truth to compare with: they are left out and
+counted. A trial without q* (no pad had a reading, or no solution was found) counts as q* = 0, a
+predicted failure: a predictor that sees nothing promises nothing, and leaving such trials out
+would flatter it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.compute as pc
-import pyarrow.parquet as pq
 
 from sdh_sim import records
 from sdh_sim.bootstrap import RESAMPLES, Ladder, interval, stratified_weights
 from sdh_sim.rate import Rate
+from sdh_sim.trial_tables import COMPARED, groups_of, unstable_of, without_surplus
 
-METRICS = ("q_linf", "q_l1")
+METRICS = COMPARED
 ALL_METRICS = (
     *METRICS,
     *("q_capability", "q_held"),
@@ -38,7 +37,6 @@ NAMES = {
     "volume_l1": "V L1",
 }
 THRESHOLD = 1.0
-SURPLUS = "surplus"  # column of trials that a preset ran beyond an object's share
 
 
 @dataclass(frozen=True)
@@ -53,7 +51,7 @@ class Comparison:
         auc: area under the ROC curve, None where one class is empty.
         auc_interval: its 95 % bootstrap interval, or None.
         missing: trials without the metric: of V left out, of others counted as 0.
-        unstable: trials left out because the simulation was unstable.
+        unstable: trials left out because the simulation was unstable or broke off.
     """
 
     group: str
@@ -190,32 +188,12 @@ def drops_missing(metric: str) -> bool:
     return metric.startswith("volume_")
 
 
-def groups_of(table: pa.Table) -> dict[str, np.ndarray]:
-    """Members (n,) bool of every object, in the order they appear, and of ``overall`` at the end.
-
-    ``overall`` is left out where there is one object only.
-    """
-    names = np.array(table.column("object").to_pylist(), dtype=object)
-    groups = {name: names == name for name in dict.fromkeys(names.tolist())}
-    if len(groups) != 1:
-        groups["overall"] = np.ones(len(names), dtype=bool)
-    return groups
-
-
-def unstable_of(table: pa.Table) -> np.ndarray:
-    """Trials without truth: their simulation was unstable; (n,) bool."""
-    return np.array(table.column("failure").to_pylist(), dtype=object) == "unstable_simulation"
-
-
-def surplus_of(table: pa.Table) -> np.ndarray:
-    """Trials beyond their object's share in a preset, which do not count; (n,) bool."""
-    if SURPLUS not in table.column_names:
-        return np.zeros(table.num_rows, dtype=bool)
-    return np.array([bool(value) for value in table.column(SURPLUS).to_pylist()], dtype=bool)
-
-
 def compare_table(table: pa.Table, metrics: Sequence[str] = METRICS) -> list[Comparison]:
-    """Every group of a table of trials (see ``groups_of``), every metric within it."""
+    """Every group of a table of trials (see ``groups_of``), every metric within it.
+
+    Trials beyond their share of a preset are left out.
+    """
+    table = without_surplus(table)
     success = np.array(table.column("success").to_pylist(), dtype=bool)
     unstable = unstable_of(table)
     scores = {metric: records.stack(table, metric) for metric in metrics}
@@ -231,39 +209,6 @@ def compare_table(table: pa.Table, metrics: Sequence[str] = METRICS) -> list[Com
         for group, members in groups_of(table).items()
         for metric in metrics
     ]
-
-
-def columns_of(paths: Sequence[Path], wanted: Sequence[str]) -> tuple[str, ...]:
-    """Those of the wanted columns that every one of the tables has."""
-    found = [_column_names(path) for path in paths]
-    return tuple(name for name in wanted if all(name in names for names in found))
-
-
-def _column_names(path: Path) -> set[str]:
-    try:
-        return set(pq.read_schema(path).names)
-    except (pa.ArrowException, OSError):  # whoever reads the table says what is wrong with it
-        return set()
-
-
-def read_trials(paths: Sequence[Path], extra: Sequence[str] = ()) -> pa.Table:
-    """The columns that the comparison needs, of several tables one after the other.
-
-    Trials beyond the share of a preset (``surplus``) are left out.
-
-    Args:
-        paths: files of trials.
-        extra: further columns, which every table must have.
-    """
-    columns = ("object", "success", "failure", *dict.fromkeys((*METRICS, *extra)))
-    return pa.concat_tables([_compared(path, columns) for path in paths])
-
-
-def _compared(path: Path, columns: Sequence[str]) -> pa.Table:
-    if "surplus" not in _column_names(path):
-        return records.read_table(path, columns)
-    table = records.read_table(path, dict.fromkeys((*columns, "surplus")))
-    return table.filter(pc.fill_null(pc.invert(table["surplus"]), True)).select(list(columns))
 
 
 CSV_HEADER = (

@@ -44,7 +44,9 @@ def key_lines(study: Study) -> list[str]:
     if first.missing:
         lines.append(f"{first.missing} trials without q* count as q* = 0, a predicted failure.")
     if first.unstable:
-        lines.append(f"{first.unstable} trials were left out: their simulation was unstable.")
+        lines.append(
+            f"{first.unstable} trials were left out: their simulation was unstable or broke off."
+        )
     if study.surplus:
         lines.append(f"{study.surplus} trials beyond the objects' shares were left out.")
     return lines

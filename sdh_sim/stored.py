@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from sdh_sim import compare, records
+from sdh_sim import records, trial_tables
 from sdh_sim.hand import MOTOR_NAMES, HandKinematics
 from sdh_sim.objects import ObjectInfo, object_info
 from sdh_sim.perception import PerceivedGrasp, perceive
@@ -36,7 +36,7 @@ def read_stored(paths: Sequence[Path]) -> tuple[pa.Table, list[dict[str, Any]]]:
     Raises:
         RecordError: a table lacks what a snapshot consists of.
     """
-    shared = compare.columns_of(paths, records.SCHEMA.names)
+    shared = trial_tables.columns_of(paths, records.SCHEMA.names)
     names = dict.fromkeys((*_NEEDED_TOO, *_NEEDED, *shared))
     table = pa.concat_tables([records.read_table(path, list(names)) for path in paths])
     columns = {}

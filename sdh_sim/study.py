@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 
-from sdh_sim import compare, records
+from sdh_sim import compare, records, trial_tables
 from sdh_sim.agreement import Agreement, agree
 from sdh_sim.bootstrap import RESAMPLES
 from sdh_sim.compare import METRICS, THRESHOLD, Comparison
@@ -114,10 +114,8 @@ def read_study(
     Raises:
         RecordError: a file is no table of trials.
     """
-    extra = compare.columns_of(
-        paths, (*metrics, *LOAD, "unsensed_contact", "perceived_mass_kg", compare.SURPLUS)
-    )
-    table = compare.read_trials(paths, extra)
+    extra = trial_tables.columns_of(paths, (*metrics, *LOAD, "unsensed_contact"))
+    table = trial_tables.read_trials(paths, extra)
     wanted = tuple(m for m in metrics if m in table.column_names)
     return study_of(table, wanted, resamples)
 
@@ -131,10 +129,10 @@ def study_of(
     division into folds starts from a seed of its own.
     """
     read = table.num_rows
-    table = table.filter(pa.array(~compare.surplus_of(table)))
-    groups = compare.groups_of(table)
+    table = trial_tables.without_surplus(table)
+    groups = trial_tables.groups_of(table)
     comparisons = {(c.group, c.metric): c for c in compare.compare_table(table, metrics)}
-    usable = ~compare.unstable_of(table)
+    usable = ~trial_tables.unstable_of(table)
     success = np.array(table.column("success").to_pylist(), dtype=bool)
     fold = np.full(len(success), -1)
     fold[usable] = stratified_folds(table.filter(pa.array(usable)))

@@ -185,3 +185,33 @@ def test_csv_row_matches_the_header():
     only = compare_table(table(ROWS[:1]))[0]
     cells = dict(zip(compare.CSV_HEADER, compare.csv_row(only), strict=True))
     assert cells["auc"] == cells["false_positive_rate"] == cells["fpr_low"] == ""
+
+
+@pytest.mark.parametrize("failure", ["unstable_simulation", "error"])
+def test_trials_without_truth_do_not_count(failure):
+    if failure not in records.FAILURES:
+        pytest.skip(f"no such failure: {failure}")
+    result = compare_table(table([*ROWS[:2], ("box", failure, 9.0, 9.0)]))[0]
+    assert (result.n, result.unstable) == (2, 1)
+
+
+def test_rates_of_failures_add_up():
+    result = compare_scores(np.array([2.0, 0.5, 3.0]), np.array([T, F, F]))
+    assert (result.true_negative_rate.k, result.false_positive_rate.k) == (1, 1)
+    assert result.true_negative_rate.n == 2
+    cells = dict(zip(compare.CSV_HEADER, compare.csv_row(result), strict=True))
+    assert cells["true_negative_rate"] == "0.5"
+
+
+def test_a_volume_has_no_boundary_and_no_zero():
+    full = records.to_table(
+        {"trial": i, "object": "box", "seed": i, "success": i > 1,
+         "failure": "none" if i > 1 else "dropped", "volume_l1": (None, 2.0, 1.0, 3.0)[i]}
+        for i in range(4)
+    )  # fmt: skip
+    (result,) = compare_table(full, ("volume_l1",))
+    assert (result.n, result.missing, result.auc) == (3, 1, 0.5)
+    assert not result.has_boundary
+    cells = dict(zip(compare.CSV_HEADER, compare.csv_row(result), strict=True))
+    assert cells["threshold"] == cells["accuracy"] == cells["tp"] == ""
+    assert cells["n"] == "3"

@@ -10,7 +10,6 @@ import shutil
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from PIL import Image
@@ -18,7 +17,7 @@ from PIL import Image
 from sdh_sim import compare, metrics, records
 from sdh_sim.cli import main
 from sdh_sim.report import write_report
-from sdh_sim.study import read_study, study_of
+from sdh_sim.study import read_study
 
 FEW = 50
 
@@ -185,14 +184,20 @@ def test_few_trials_of_one_object_or_outcome(run, kept):
     assert "nan" not in page.lower()
 
 
-def test_surplus_trials_are_left_out(run):
-    table = compare.read_trials([run / "trials.parquet"])
-    flags = pa.array([k >= 10 for k in range(24)])
-    if compare.SURPLUS in table.column_names:
-        table = table.drop_columns([compare.SURPLUS])
-    some = study_of(table.append_column(compare.SURPLUS, flags), resamples=FEW)
+def test_surplus_trials_are_left_out(run, tmp_path, capsys):
+    path = run / "trials.parquet"
+    records.write_rows(({**r, "surplus": r["trial"] >= 10} for r in rows()), path)
+    some = read_study([path], resamples=FEW)
     assert (some.surplus, some.tables) == (14, 24)
     assert some.findings["overall", "q_linf"].comparison.n == 10
+    # An older table, from before there were presets, beside it.
+    older = tmp_path / "older.parquet"
+    pq.write_table(pq.read_table(path).drop_columns(["surplus"]), older)
+    both = read_study([path, older], resamples=FEW)
+    assert (both.surplus, both.tables) == (14, 48)
+    assert both.findings["overall", "q_linf"].comparison.n == 34
+    assert main(["compare", str(path)]) == 0
+    assert "14 trials beyond the objects' shares are left out" in capsys.readouterr().out
 
 
 def test_published_numbers_are_drawn_and_further_sections_come_in(run):
