@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -97,7 +98,8 @@ def test_creep_is_a_standard_linear_solid():
 def test_a_stamp_lights_as_many_cells_as_published():
     lit = np.flatnonzero(reading(PRESETS["dsa"], stamp(5.0), 3.0))
     assert 16 <= len(lit) <= 28
-    assert len(np.flatnonzero(reading(replace(PRESETS["dsa"], crosstalk=0.0), stamp(5.0), 3.0))) == 9
+    alone = replace(PRESETS["dsa"], crosstalk=0.0)
+    assert np.count_nonzero(reading(alone, stamp(5.0), 3.0)) == 9
 
 
 def test_crosstalk_keeps_the_sum_and_stays_on_the_pad():
@@ -108,7 +110,7 @@ def test_crosstalk_keeps_the_sum_and_stays_on_the_pad():
     pressure[~live] = 0.0
     spread = spread_pressure(pressure, 0.1)
     assert spread.sum() == pytest.approx(pressure.sum(), rel=1e-12)
-    for first, last in zip(PAD_OFFSETS[:-1], PAD_OFFSETS[1:], strict=True):
+    for first, last in itertools.pairwise(PAD_OFFSETS):
         assert spread[first:last].sum() == pytest.approx(pressure[first:last].sum(), rel=1e-12)
     assert not spread[~live].any()
     assert spread_pressure(np.where(live, 7.0, 0.0), 0.1) == pytest.approx(np.where(live, 7.0, 0.0))

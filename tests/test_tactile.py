@@ -8,7 +8,7 @@ import pytest
 import sdh_press
 
 from sdh_sim import sdh2_constants as c
-from sdh_sim.hand import MOTOR_NAMES, HandKinematics, live_mask
+from sdh_sim.hand import MOTOR_NAMES, HandKinematics
 from sdh_sim.scene import PAD_OFFSETS, Scene, build_scene
 from sdh_sim.settings import TrialSettings
 from sdh_sim.tactile import arrays, taxel_forces
