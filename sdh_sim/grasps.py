@@ -57,17 +57,14 @@ SPREADS = {
     "cylindrical_bottle": Spread(0.85, 0.0, 0.022, math.radians(180)),
 }
 DEFAULT_SPREAD = Spread(0.6, 0.25, 0.007, math.radians(15))
-# Fingertip grasps fail more readily: smaller errors keep half of them stable [m].
-PRECISION_OFFSET = {
-    "box": 0.003, "oval_bottle": 0.004, "spray_bottle": 0.006, "cylindrical_bottle": 0.016,
-}  # fmt: skip
-
-
-def _spread(name: str, style: str) -> Spread:
-    spread = SPREADS.get(name, DEFAULT_SPREAD)
-    if style != "precision":
-        return spread
-    return spread._replace(offset=PRECISION_OFFSET.get(name, spread.offset))
+# Fingertip grasps fail more readily: smaller errors keep about half of them stable.
+PRECISION_SPREADS = {
+    "box": Spread(0.5, 0.6, 0.003, math.radians(6)),
+    "oval_bottle": Spread(0.6, 0.1, 0.002, math.radians(6)),
+    "spray_bottle": Spread(0.8, 0.25, 0.005, math.radians(15)),
+    "cylindrical_bottle": Spread(0.85, 0.0, 0.015, math.radians(180)),
+}
+DEFAULT_PRECISION_SPREAD = Spread(0.6, 0.25, 0.004, math.radians(10))
 
 
 @dataclass(frozen=True)
@@ -127,7 +124,10 @@ def sample_grasp(thing: ObjectInfo, rng: np.random.Generator, style: str = "any"
         style: ``any``, or ``precision`` for fingertip grasps.
     """
     precision = style == "precision"
-    spread = _spread(thing.name, style)
+    if precision:
+        spread = PRECISION_SPREADS.get(thing.name, DEFAULT_PRECISION_SPREAD)
+    else:
+        spread = SPREADS.get(thing.name, DEFAULT_SPREAD)
     side = bool(rng.random() < spread.side)
     wide = bool(rng.random() < spread.wide)
     preshapes = PRECISION_PRESHAPES if precision else tuple(PRESHAPES)
