@@ -13,6 +13,7 @@ from graspq._jit import compiled
 from graspq._oracle import FAST, invert
 
 MANY, SLOTS = 256, 64
+GAIN = 1e-7
 
 
 @compiled(fastmath=FAST)
@@ -157,7 +158,8 @@ def climb(state, target, task, body, stop, cap, score, choice, short):
         h = 0.0
         if listed:
             h = _short_best(u, few, names, counts, zero, few_score, choice) - away
-        if not listed or h <= 1.0 + stop:
+        # Less of a gain may be round-off of a long u about a vertex that is in the basis.
+        if not listed or h <= 1.0 + GAIN:
             h = best_of(u, points, starts, zero, score, choice) - away
             reach = 0.0
             for r in range(6):

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from graspq._climb import ask
+from graspq._climb import GAIN, ask
 from graspq._jit import compiled
 from graspq._oracle import invert, support
 
@@ -174,7 +174,7 @@ def dual(state, task, body, pads, stop, cap, score, choice, short):
             for r in range(6):
                 trial[r] = u[r] - angle * row[r]
             new = column
-            h, kind_new = _worth(trial, body, pads, 1.0 + stop, score, choice, short, new)
+            h, kind_new = _worth(trial, body, pads, 1.0 + GAIN, score, choice, short, new)
             if h <= 1.0 + stop or -dot(row, new) <= 1e-12:
                 break
             kind = kind_new

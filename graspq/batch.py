@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -15,6 +16,7 @@ from graspq.scaling import task_scaling
 from graspq.sets import as_bound, as_tasks
 
 CHUNKS = 8
+PACKED = 20_000
 
 
 class ScalingBatch(NamedTuple):
@@ -90,7 +92,7 @@ def task_scaling_batch(
         out[g] = 0, s.value, s.lower, s.upper, s.critical_task
 
     if unloading:
-        _spread(count, workers, stretch)
+        _spread(count, workers, stretch, _most(grasps))
     elif common is None:
         _task_sets(tasks, 0)
     left = np.flatnonzero(out[:, 0] > 1)
@@ -125,7 +127,7 @@ def epsilon_batch(
     def one(g: int) -> None:
         out[g] = 0, epsilon(grasps[g], bound, unloading, tol)
 
-    _spread(count, workers, stretch)
+    _spread(count, workers, stretch, _most(grasps))
     left = np.flatnonzero(out[:, 0] > 0)
     _each(left, workers, one)
     return out[:, 1]
@@ -215,15 +217,30 @@ def _workers(workers: int | None) -> int:
     return int(workers)
 
 
-def _spread(count: int, workers: int | None, run: Callable[[int, int], Any]) -> None:
-    """Run ``run(low, high)`` over chunks of range(count)."""
+def _spread(
+    count: int, workers: int | None, run: Callable[[int, int], Any], most: int | None = None
+) -> None:
+    """Run ``run(low, high)`` over chunks of range(count), of ``most`` at most."""
     threads = _workers(workers)
+    pieces = -(-count // most) if most else 1
+    if threads > 1:
+        pieces = max(pieces, min(count, threads * CHUNKS))
+    cuts = np.linspace(0, count, pieces + 1).astype(int).tolist()
     if threads == 1 or count < 2:
-        run(0, count)
+        for low, high in itertools.pairwise(cuts):
+            run(low, high)
         return
-    cuts = np.unique(np.linspace(0, count, threads * CHUNKS + 1).astype(int)).tolist()
     with ThreadPoolExecutor(threads) as pool:
         list(pool.map(run, cuts[:-1], cuts[1:]))
+
+
+def _most(grasps: Sequence[Any]) -> int:
+    """How many grasps like the first to pack at once, so that they stay in the cache."""
+    try:
+        columns = sum(w.shape[1] for w in grasps[0])
+    except (TypeError, AttributeError, IndexError):
+        columns = 1
+    return max(16, PACKED // max(columns, 1))
 
 
 def _each(indices: Any, workers: int | None, run: Callable[[int], None]) -> None:

@@ -106,3 +106,34 @@ def test_rows_of_any_layout_give_the_same():
         w.setflags(write=False)
     assert gq.task_scaling(frozen, np.asfortranarray(wanted)).value == value
     assert gq.task_scaling([w.tolist() for w in wrenches], wanted.tolist()).value == value
+
+
+def test_wide_patches_are_solved_without_the_linear_program(monkeypatch):
+    # Above 256 columns the likely ones are asked first; the way out must stay unused.
+    from graspq import lp
+    from graspq.contact import tangent_basis
+
+    rng = np.random.default_rng(1)
+    grasps, wanted = [], []
+    for _ in range(30):
+        made = []
+        for _ in range(6):
+            n = rng.normal(size=3)
+            n /= np.linalg.norm(n)
+            a, b = tangent_basis(n)
+            p = -0.05 * n + 0.01 * rng.normal(size=3)
+            at = rng.uniform(-0.01, 0.01, (46, 2))
+            contact = gq.Contact(p, n, 0.6, 1.0, 0.01, p + at[:, :1] * a + at[:, 1:] * b)
+            made.append(gq.contact_wrenches(contact, 12, "hf"))
+        grasps.append(made)
+        wanted.append(gq.gravity_tasks(0.3, 0.005 * rng.normal(size=3), rng.normal(size=3)))
+    for g in range(3):
+        exact = gq.task_scaling(grasps[g], wanted[g][:, :2], engine="highs").value
+        assert gq.task_scaling(grasps[g], wanted[g][:, :2]).value == pytest.approx(exact, rel=1e-9)
+
+    def never(*_):
+        raise AssertionError("fell back to the linear program")
+
+    monkeypatch.setattr(lp, "scale_all_by_lp", never)
+    batch = gq.task_scaling_batch(grasps, wanted)
+    np.testing.assert_array_less(batch.upper, batch.value * (1 + 1e-9) + 1e-300)
