@@ -52,7 +52,7 @@ class Spread(NamedTuple):
 # By object, because what ruins half of the grasps on a bottle ruins nearly all on the heavy box.
 SPREADS = {
     "box": Spread(0.5, 0.6, 0.004, math.radians(6)),
-    "oval_bottle": Spread(0.6, 0.25, 0.008, math.radians(20)),
+    "oval_bottle": Spread(0.6, 0.25, 0.010, math.radians(20)),
     "spray_bottle": Spread(0.8, 0.25, 0.014, math.radians(25)),
     "cylindrical_bottle": Spread(0.85, 0.0, 0.022, math.radians(180)),
 }
