@@ -20,6 +20,7 @@ from sdh_sim.sensor import (
 )
 from sdh_sim.tactile import arrays
 
+DSA = SensorModel()  # the preset
 STATIC = SensorModel(crosstalk=0.0, creep_share=0.0, noise=0.0, gain_spread=0.0)
 DISTAL = int(PAD_OFFSETS[3])  # first cell of a distal pad
 
@@ -62,7 +63,7 @@ def test_readings_are_whole_counts_of_12_bit_that_rise_with_pressure():
 def test_sum_under_a_stamp_follows_the_published_line():
     # 4513 F - 3953 counts at 3 s under a stamp of 10.5 mm side, which covers 9.54 cells; here it
     # covers 9. No noise, no spread: those have no published value.
-    model = replace(PRESETS["dsa"], noise=0.0, gain_spread=0.0)
+    model = replace(DSA, noise=0.0, gain_spread=0.0)
     for force in (4.0, 6.0, 8.0):
         counts = reading(model, stamp(force), 3.0).sum() * 52
         assert counts == pytest.approx(4513 * force - 3953, rel=0.03)
@@ -70,7 +71,7 @@ def test_sum_under_a_stamp_follows_the_published_line():
 
 @pytest.mark.parametrize(("seconds", "slope"), [(0.5, 2810), (3.0, 4513), (10.0, 5074)])
 def test_slope_creeps_as_published(seconds, slope):
-    model = replace(PRESETS["dsa"], noise=0.0, gain_spread=0.0, dead_zone=0.0)
+    model = replace(DSA, noise=0.0, gain_spread=0.0, dead_zone=0.0)
     counts = reading(model, stamp(2.0), seconds).sum() * 52
     assert counts / 2.0 == pytest.approx(slope, rel=0.03)
 
@@ -96,9 +97,9 @@ def test_creep_is_a_standard_linear_solid():
 
 
 def test_a_stamp_lights_as_many_cells_as_published():
-    lit = np.flatnonzero(reading(PRESETS["dsa"], stamp(5.0), 3.0))
+    lit = np.flatnonzero(reading(DSA, stamp(5.0), 3.0))
     assert 16 <= len(lit) <= 28
-    alone = replace(PRESETS["dsa"], crosstalk=0.0)
+    alone = replace(DSA, crosstalk=0.0)
     assert np.count_nonzero(reading(alone, stamp(5.0), 3.0)) == 9
 
 
@@ -155,3 +156,7 @@ def test_dead_cells_read_nothing():
     model = replace(STATIC, dead_share=0.2)
     values = reading(model, np.full(486, 30e3 * CELL_AREA))
     assert np.mean(values == 0) == pytest.approx(0.2, abs=0.06)
+
+
+def test_presets_are_the_real_arrays_and_ideal_ones():
+    assert PRESETS == {"dsa": DSA, "ideal": None}

@@ -17,7 +17,7 @@ from experiments.published import REFERENCE
 from experiments.success_prediction import main, unseen_contacts, with_pads
 from sdh_sim import records
 from sdh_sim.hand import HandKinematics
-from sdh_sim.metrics import METRICS
+from sdh_sim.metrics import MAX_VOLUME_CONTACTS, METRICS
 from sdh_sim.settings import TrialSettings
 from sdh_sim.stored import grasp_of, read_stored
 from sdh_sim.study import study_of
@@ -91,7 +91,12 @@ def test_the_papers_variants_are_the_columns_of_the_trial(real, variant, column)
     row = records.normalise(real)
     grasp = grasp_of(row, "all", HandKinematics())
     assert grasp is not None
-    assert evaluate(variant, grasp) == pytest.approx(METRICS[column](grasp), rel=1e-9)
+    in_trial = METRICS[column](grasp)
+    if np.isnan(in_trial):  # a trial leaves the volume of many contacts out
+        assert column.startswith("volume")
+        assert len(grasp.contacts) > MAX_VOLUME_CONTACTS
+        return
+    assert evaluate(variant, grasp) == pytest.approx(in_trial, rel=1e-9)
     (value,) = evaluate_row((row, [variant]))
     if row[column] is not None:
         assert value == pytest.approx(row[column], rel=1e-4)
