@@ -121,7 +121,7 @@ def linprog_joint(grasp: list[np.ndarray], tasks: np.ndarray) -> Any:
     limits = sparse.hstack(
         [sparse.block_diag([sums] * count), sparse.csc_array((len(grasp) * count, 1))],
         format="csc")
-    cost = np.zeros(balance.shape[1])
+    cost = np.zeros(columns.shape[1] * count + 1)
     cost[-1] = -1.0
     return linprog(cost, A_eq=balance, b_eq=np.zeros(6 * count), A_ub=limits,
                    b_ub=np.ones(len(grasp) * count), method="highs")
