@@ -8,7 +8,6 @@ grasps follow from them, since half of the grasps were stable.
 from __future__ import annotations
 
 GRASPS = 584
-STABLE = {"box": 67, "oval_bottle": 85, "spray_bottle": 71, "cylindrical_bottle": 69}
 
 _ACCURACY = {"q_linf": 0.745, "q_l1": 0.625}
 _FALSE_POSITIVE = {"q_linf": 0.25, "q_l1": 0.02}

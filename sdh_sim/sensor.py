@@ -49,16 +49,19 @@ class SensorModel:
     gain_spread: float = 0.05
     dead_share: float = 0.0
 
-    def read(self, pressure: np.ndarray) -> np.ndarray:
-        """Readings [kPa above the dead zone] for pressures [kPa], any shape: the static part.
-
-        The reading is counts over gain, as a user of the real array has it: the dead zone is lost.
-        """
-        return self._counts(pressure, 1.0, 0.0) / self.gain
-
-    def _counts(
-        self, pressure: np.ndarray, gains: float | np.ndarray, noise: float | np.ndarray
+    def counts(
+        self,
+        pressure: np.ndarray,
+        gains: float | np.ndarray = 1.0,
+        noise: float | np.ndarray = 0.0,
     ) -> np.ndarray:
+        """Whole counts for pressures [kPa], any shape: the static part of a reading.
+
+        Args:
+            pressure: on each cell, crosstalk and creep included [kPa].
+            gains: of each cell over the nominal gain.
+            noise: of each cell [counts]; unloaded cells have none.
+        """
         raw = (pressure - self.dead_zone) * self.gain * gains
         return np.floor(np.clip(np.where(raw > 0.0, raw + noise, 0.0), 0.0, self.clip))
 
@@ -98,7 +101,10 @@ class TactileSensor:
         self._late = self._pressure + decay * (self._late - self._pressure)
 
     def read(self) -> np.ndarray:
-        """Readings of the last frame (486,) [kPa]: above the dead zone, for the ``dsa`` arrays."""
+        """Readings of the last frame (486,) [kPa].
+
+        From the ``dsa`` arrays, counts over gain as a user has them: the dead zone is lost.
+        """
         model = self.model
         if model is None:
             return self._pressure.copy()
@@ -106,7 +112,7 @@ class TactileSensor:
         at_reference = 1.0 - share * np.exp(-CREEP_REFERENCE / model.creep_time)
         sensed = ((1.0 - share) * self._pressure + share * self._late) / at_reference
         noise = model.noise * self._rng.standard_normal(TACTILE_SIZE)
-        return model._counts(sensed, self._gains, noise) / model.gain
+        return model.counts(sensed, self._gains, noise) / model.gain
 
 
 def spread_pressure(pressure: np.ndarray, share: float) -> np.ndarray:

@@ -113,9 +113,6 @@ class Index:
         return self.take(first)
 
 
-Numbering = Any  # Callable[[pa.Table], np.ndarray]: see Rows.index
-
-
 class Rows:
     """All rows of a table and its shards, without holding them in memory.
 
