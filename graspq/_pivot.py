@@ -9,7 +9,9 @@ from graspq._climb import GAIN, ask
 from graspq._jit import compiled
 from graspq._oracle import invert, support
 
-SMALL = 1e-3
+# Length of the artificial vertices in units of the set's extent; TALL where the set is a plain
+# polytope: fewer pivots, and no smooth surface that needs them out of the way.
+SMALL, TALL = 1e-3, 1e-2
 REAL, PAD, ARTIFICIAL = 0, 1, 2
 
 
@@ -81,14 +83,14 @@ def dot(a, b):
 
 
 @compiled
-def start_basis(state, task, size):
-    """Set up the artificial basis around ``task`` for a set of extent ``size`` per row."""
+def start_basis(state, task, size, small):
+    """Set up the artificial basis of ``small`` times the extent ``size`` around ``task``."""
     basis, inverse, directions, kinds = state[0], state[1], state[2], state[3]
     basis[:, :] = 0.0
     inverse[:, :] = 0.0
     directions[:, :] = 0.0
     for r in range(6):
-        length = SMALL * size[r] if task[r] >= 0.0 else -SMALL * size[r]
+        length = small * size[r] if task[r] >= 0.0 else -small * size[r]
         basis[r, r] = length
         inverse[r, r] = 1.0 / length
         kinds[r] = ARTIFICIAL

@@ -18,6 +18,7 @@ from graspq._pivot import (
     ARTIFICIAL,
     REAL,
     SMALL,
+    TALL,
     dot,
     dual,
     new_state,
@@ -125,12 +126,13 @@ def shoot(state, task, size, body, pads, stop, score, choice, short):
         warm = warm and kinds[r] != ARTIFICIAL
     if warm and dual(state, task, body, pads, stop, cap // 7, score, choice, short) == 0:
         good, value, upper, left = _settle(state, task, size, body, pads, score, choice, stop)
-        if good and left == 0.0 and upper <= value * (1.0 + 1e-9 + 10.0 * stop):
+        if good and left == 0.0 and upper <= value * (1.0 + max(1e-9, 10.0 * stop)):
             return SOLVED, value, value, max(upper, value)
+    small = TALL if plain else SMALL
     jitter = 1e-10
     best = np.inf
     for attempt in range(4):
-        start_basis(state, task, size)
+        start_basis(state, task, size, small)
         target = task.copy()
         for r in range(6):
             push = jitter * far * size[r] * (1.0 + 0.37 * ((r * 5 + 3 * attempt) % 7))
@@ -157,7 +159,7 @@ def shoot(state, task, size, body, pads, stop, score, choice, short):
             if not good:
                 break
             if left <= max(1e-12, 10.0 * stop):
-                if best > value * (1.0 + 1e-9 + 10.0 * stop) and attempt < 3:
+                if best > value * (1.0 + max(1e-9, 10.0 * stop)) and attempt < 3:
                     break
                 return SOLVED, value, value, max(best, value)
             if shrunk:
@@ -165,7 +167,7 @@ def shoot(state, task, size, body, pads, stop, score, choice, short):
             for r in range(6):
                 if kinds[r] == ARTIFICIAL:
                     for c in range(6):
-                        state[0][c, r] *= TINY / SMALL * 1e-2
+                        state[0][c, r] *= TINY / small * 1e-2
             shrunk = True
             if not invert(state[0], state[1]):
                 break

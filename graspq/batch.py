@@ -82,7 +82,7 @@ def task_scaling_batch(
             ends = np.full(high - low + 1, wanted.shape[1], dtype=np.int64)
         else:
             begins = ends[:-1]
-        stop = 0.2 * tol if tol > 1e-9 else 1e-12
+        stop = 0.1 * tol if tol > 1e-9 else 1e-12
         reach_many(*flat, bound == "l1", unloading, wanted, begins, ends[1:], 0, high - low, stop,
                    out[low:high])
 
@@ -174,9 +174,10 @@ def _flatten(grasps: Sequence[Any]) -> _Flat | None:
     ):
         return None
     columns = np.ascontiguousarray(columns, dtype=float)
-    # The sum of magnitudes is finite when every entry is, short of 1e308.
-    if not np.isfinite(np.abs(columns).sum()):
-        return None
+    with np.errstate(invalid="ignore", over="ignore"):
+        # The sum is finite when every entry is, short of 1e308.
+        if not np.isfinite(columns.sum()):
+            return None
     first, contacts = np.zeros(len(sets) + 1, np.int64), np.zeros(len(sizes) + 1, np.int64)
     np.cumsum(widths, out=first[1:])
     np.cumsum(sizes, out=contacts[1:])

@@ -41,7 +41,7 @@ def scale_at_once(wrenches: Any, tasks: Any, bound: str, tol: float) -> TaskScal
     forces = np.zeros((len(wrenches), 6))
     widths = np.array([w.shape[1] for w in wrenches], dtype=np.int64)
     status, value, lower, upper, j = reach_one(
-        columns, widths, bound == "l1", True, wanted, 0.2 * tol if tol > 1e-9 else 1e-12, forces)
+        columns, widths, bound == "l1", True, wanted, 0.1 * tol if tol > 1e-9 else 1e-12, forces)
     if status == SOLVED:
         return TaskScaling(value, lower, upper, j, forces)
     if status == ZERO:
@@ -51,7 +51,7 @@ def scale_at_once(wrenches: Any, tasks: Any, bound: str, tol: float) -> TaskScal
 
 def scale_by_ray(packed: Packed, tasks: np.ndarray, tol: float) -> TaskScaling:
     """Return q* of a checked grasp and task set."""
-    stop = 0.2 * tol if packed.smooth or tol > 1e-9 else 1e-12
+    stop = 0.1 * tol if packed.smooth or tol > 1e-9 else 1e-12
     inner, size = np.empty(6), np.empty(6)
     if not packed.body[5] and holds_zero(packed):
         packed = packed._replace(body=(*packed.body[:5], True, packed.body[6]))
