@@ -11,7 +11,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 import types
 from pathlib import Path
 
@@ -442,16 +441,14 @@ def test_lists(capsys):
     assert "N m" in printed
 
 
-def test_help_is_quick_and_loads_nothing_heavy():
+def test_help_loads_nothing_heavy():
     code = (
         "import sys, sdh_sim.cli as c; c.main(['lift', '--help']); "
         "print(sorted({'mujoco', 'numpy', 'rerun', 'pyarrow', 'scipy'} & set(sys.modules)))"
     )
-    start = time.monotonic()
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=REPO, capture_output=True, text=True, check=True
     )
-    assert time.monotonic() - start < 3.0  # measured 0.3 s; a loaded machine may take longer
     assert "--torque-limit" in done.stdout
     assert done.stdout.splitlines()[-1] == "[]"
 
