@@ -51,7 +51,9 @@ def task_scaling_batch(
     Args:
         grasps: N grasps, each a list of (6, l_i) arrays or ``EllipsoidSet``.
         tasks: one task set (6, m) for all, or a list of N, one per grasp.
-        bound, unloading, tol: as in ``task_scaling``.
+        bound: as in ``task_scaling``.
+        unloading: as in ``task_scaling``.
+        tol: as in ``task_scaling``.
         workers: number of threads; None takes every core.
 
     Raises:

@@ -50,7 +50,8 @@ def contact_forces(
         grip: a hand, or contacts.
         wrench: what the contacts must exert together, shape (6,).
         edges: edges of the friction cones, at least 3.
-        torque_scale, origin: of ``wrench``, as in ``contact_wrenches``.
+        torque_scale: of ``wrench``, as in ``contact_wrenches``.
+        origin: of ``wrench``, as in ``contact_wrenches``, shape (3,) [m].
 
     Raises:
         GraspError: when no forces exert the wrench, saying so, or for bad input.

@@ -179,7 +179,8 @@ def hand_task_scaling(
         tasks: task wrenches, shape (6, m).
         edges: edges of every friction cone (its apices ±τ*/g* when it is soft), None for the
             cone itself.
-        torque_scale, origin: as used for ``tasks``.
+        torque_scale: as used for ``tasks``.
+        origin: as used for ``tasks``, shape (3,) [m].
 
     Returns:
         The scaling; ``value`` is -inf with the reason when no equilibrium exists, inf when
