@@ -25,7 +25,7 @@ app = typer.Typer(
 
 _OPTIONS = (
     *("object", "trials", "seed", "workers", "rerun", "torque_limit"),
-    *("executor", "scheduler"),
+    *("executor", "scheduler", "metric"),
 )
 
 
@@ -57,7 +57,10 @@ def lift(
     ],
     object: Annotated[
         list[str] | None,
-        typer.Option(help='Object to lift; give it again for more, or "all". See: sdh-sim objects'),
+        typer.Option(
+            help='Object to lift, or the folder of your own; give it again for more, or "all". '
+            "See: sdh-sim objects"
+        ),
     ] = None,
     trials: Annotated[
         int | None, typer.Option(help="Trials per object.", show_default="20")
@@ -148,6 +151,13 @@ def lift(
     mass_error: Annotated[
         float | None, typer.Option(help="Relative error of the mass assumed.", show_default="0")
     ] = None,
+    metric: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Metric of your own: module:function, file.py:function or an installed entry "
+            "point; give it again for more."
+        ),
+    ] = None,
     rerun: Annotated[
         str | None,
         typer.Option(
@@ -216,6 +226,7 @@ def lift(
             trials=trials,
             seed=seed,
             settings={name: value for name, value in asked.items() if value is not None},
+            metrics=tuple(metric or ()),
         ),
         workers=workers,
         rerun=rerun,
@@ -279,11 +290,15 @@ def demo(
 
 
 @app.command()
-def objects() -> None:
+def objects(
+    folders: Annotated[
+        list[str] | None, typer.Argument(help="Folders of your own objects, to check.")
+    ] = None,
+) -> None:
     """List the objects: mass, friction, size."""
     from sdh_sim import cli_lists
 
-    cli_lists.objects()
+    cli_lists.objects(folders or ())
 
 
 @app.command()

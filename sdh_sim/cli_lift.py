@@ -23,10 +23,12 @@ from rich.table import Table
 from sdh_sim import preset
 from sdh_sim.campaign import OnTrial, RunResult, default_workers, run_campaign
 from sdh_sim.cli_console import errors, output, plain_table
-from sdh_sim.objects import object_names
+from sdh_sim.columns import METRIC_ERROR, added_columns
+from sdh_sim.objects import find_objects, object_names
 from sdh_sim.records import FAILURES, Row, read_rows, read_table, write_rows
 from sdh_sim.run_folder import RunFolder, RunPlan
 from sdh_sim.settings import SettingsError, TrialSettings
+from sdh_sim.user_metrics import fault_lines, find_metrics
 
 TRIALS = 20
 SEED = 0
@@ -38,16 +40,18 @@ class Asked:
     """What the command line gave; what it left out is empty or None.
 
     Attributes:
-        objects: names, or "all".
+        objects: names, "all", or paths of folders.
         trials: trials per object.
         seed: seed of the run.
         settings: fields of TrialSettings.
+        metrics: users' metrics: module:function, file.py:function or an entry point.
     """
 
     objects: tuple[str, ...]
     trials: int | None
     seed: int | None
     settings: Mapping[str, Any]
+    metrics: tuple[str, ...] = ()
 
 
 def lift(
@@ -90,6 +94,10 @@ def lift(
         )
     output().print(summary(plan.objects, result))
     output().print(f"table: {folder.table}", soft_wrap=True, markup=False, highlight=False)
+    if plan.settings.metrics:
+        faults = read_table(folder.table, [METRIC_ERROR]).column(0).to_pylist()
+        for line in fault_lines(faults, len(faults)):
+            errors().print(f"warning: {line}", soft_wrap=True, markup=False, highlight=False)
     if failed := result.failures()["error"]:
         errors().print(
             f"note: {failed} trials ended as error, see {folder.errors}; run them again with: "
@@ -131,7 +139,12 @@ def lift_paper(out: str | Path, asked: Asked, **options: Any) -> None:
         trials = max(trials, folder.read_plan().trials)
     settings = {**preset.PAPER_SETTINGS, **asked.settings}
     while True:
-        lift(out, Asked(tuple(preset.PAPER_SHARES), trials, asked.seed, settings), **options)
+        names = tuple(preset.PAPER_SHARES)
+        lift(
+            out,
+            dataclasses.replace(asked, objects=names, trials=trials, settings=settings),
+            **options,
+        )
         options = {**options, "resume": True, "overwrite": False}
         found = preset.shares(read_table(folder.table, _OUTCOME).to_pylist())
         needed = preset.trials_needed(found, trials)
@@ -139,7 +152,8 @@ def lift_paper(out: str | Path, asked: Asked, **options: Any) -> None:
             break
         errors().print(f"{_state_of(found)}: on to {needed} trials of each", soft_wrap=True)
         trials = needed
-    write_rows(preset.mark_surplus(read_rows(folder.table)), folder.table)
+    added = added_columns(folder.read_plan().settings.metrics)
+    write_rows(preset.mark_surplus(read_rows(folder.table)), folder.table, added)
     output().print(_state_of(found), soft_wrap=True)
     short = [name for name, share in found.items() if not share.full]
     if short:
@@ -156,22 +170,23 @@ def _state_of(found: Mapping[str, preset.Share]) -> str:
 
 def make_plan(asked: Asked, stored: RunPlan | None) -> RunPlan:
     """The plan of the options; what they leave out is the stored plan's, or the default."""
-    known = object_names()
-    names = tuple(dict.fromkeys(known if "all" in asked.objects else asked.objects))
-    if not names:
-        if stored is None:
-            raise SettingsError(f"object: missing; give one of {', '.join(known)}, or all")
-        names = stored.objects
-    for name in names:
-        if name not in known:
-            raise SettingsError(f"object: got {name!r}; choose one of {', '.join(known)}, or all")
+    if not asked.objects and stored is None:
+        raise SettingsError(
+            f"object: missing; give one of {', '.join(object_names())}, or all, or the path of a "
+            "folder with an object of your own"
+        )
+    before = {} if stored is None else stored.folders
+    objects = asked.objects or (() if stored is None else stored.objects)
+    names, folders = find_objects(objects, before)
+    metrics = find_metrics(asked.metrics, () if stored is None else stored.settings.metrics)
+    given = {"object": names[0], "metrics": metrics, **asked.settings}
     if stored is None:
-        settings = TrialSettings(object=names[0], **asked.settings)
+        settings = TrialSettings(**given)
     else:
-        settings = dataclasses.replace(stored.settings, object=names[0], **asked.settings)
+        settings = dataclasses.replace(stored.settings, **given)
     trials = asked.trials if asked.trials is not None else (stored.trials if stored else TRIALS)
     seed = asked.seed if asked.seed is not None else (stored.seed if stored else SEED)
-    return RunPlan(names, settings, trials, seed)
+    return RunPlan(names, settings, trials, seed, folders)
 
 
 @contextlib.contextmanager

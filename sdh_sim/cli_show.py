@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from sdh_sim import records
 from sdh_sim.cli_console import errors, output
+from sdh_sim.columns import is_added
 from sdh_sim.run_folder import RunError, RunFolder, versions
 
 
@@ -43,10 +45,13 @@ def show(
 
     from sdh_sim.trial import run_trial
 
-    result = run_trial(job.settings, job.seed, log=True)
+    # Users' metrics are not evaluated again: code that a run's folder names is not run unasked.
+    settings = dataclasses.replace(job.settings, metrics=())
+    result = run_trial(settings, job.seed, log=True)
     log: Any = result.log
     row = records.normalise({**result.row, "trial": trial})
     row["surplus"] = rows[trial]["surplus"]  # known to the run, not to the trial
+    row |= {name: value for name, value in rows[trial].items() if is_added(name)}
     if differing := records.differing_columns(row, rows[trial]):
         _warn(folder, differing)
     output().print(verdict(row), markup=False, soft_wrap=True)

@@ -56,7 +56,10 @@ def find_course(scene: Scene, thing: ObjectInfo, rng: np.random.Generator) -> Co
             return replace(found, unreachable=unreachable, colliding=colliding)
         unreachable += found == UNREACHABLE
         colliding += found == COLLIDING
-    raise RuntimeError(f"no feasible grasp of {thing.name} in {MAX_DRAWS} draws")
+    raise RuntimeError(
+        f"no feasible grasp of {thing.name} in {MAX_DRAWS} draws ({unreachable} out of reach, "
+        f"{colliding} in collision): is it too wide for the hand or too low?"
+    )
 
 
 def plan_course(scene: Scene, thing: ObjectInfo, plan: GraspPlan) -> Course | str:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
+from sdh_sim.object_facts import DEFAULT_SPREAD, Spread
 from sdh_sim.objects import ObjectInfo
 from sdh_sim.sdh2_constants import PRESHAPES
 
@@ -21,6 +21,7 @@ SIDE_TILT = math.radians(15)  # downward tilt of a side approach, at most
 ROLL = math.radians(12)  # standard deviation of the roll about the approach
 SIDE_MARGIN = (0.055, 0.025)  # lowest grasp over the table, highest below the top [m]
 TOP_DEPTH = (0.015, 0.07)  # depth of the grasp centre below the object's top [m]
+TOP_ROOM = 0.010  # from there to the table, at least, on objects that allow it [m]
 # Distance from the palm frame to the grasp centre [m]: precision grasps take the distal pads.
 DEPTH = {"parallel": (0.175, 0.235), "centrical": (0.175, 0.235),
          "cylindrical": (0.15, 0.215), "spherical": (0.15, 0.215)}  # fmt: skip
@@ -34,21 +35,6 @@ REACH_IN = 0.040
 CENTRE_X = {0.0: -0.0095, PRESHAPES["centrical"].spread: 0.0}
 
 
-class Spread(NamedTuple):
-    """Choices and errors of the grasps on one object.
-
-    side: share of approaches from the side, the others come from above.
-    wide: share of grasps that close across the wider side, the others across the narrower.
-    offset: standard deviation of the position error along each palm axis [m].
-    yaw: standard deviation of the object's yaw off square [rad].
-    """
-
-    side: float
-    wide: float
-    offset: float
-    yaw: float
-
-
 # By object, because what ruins half of the grasps on a bottle ruins nearly all on the heavy box.
 SPREADS = {
     "box": Spread(0.5, 0.6, 0.004, math.radians(6)),
@@ -56,7 +42,6 @@ SPREADS = {
     "spray_bottle": Spread(0.8, 0.25, 0.014, math.radians(25)),
     "cylindrical_bottle": Spread(0.85, 0.0, 0.022, math.radians(180)),
 }
-DEFAULT_SPREAD = Spread(0.6, 0.25, 0.007, math.radians(15))
 # Fingertip grasps fail more readily: smaller errors keep about half of them stable.
 PRECISION_SPREADS = {
     "box": Spread(0.5, 0.6, 0.003, math.radians(6)),
@@ -124,11 +109,12 @@ def sample_grasp(thing: ObjectInfo, rng: np.random.Generator, style: str = "any"
         style: ``any``, or ``precision`` for fingertip grasps.
     """
     precision = style == "precision"
+    named, other = SPREADS, DEFAULT_SPREAD
     if precision:
-        spread = PRECISION_SPREADS.get(thing.name, DEFAULT_PRECISION_SPREAD)
-    else:
-        spread = SPREADS.get(thing.name, DEFAULT_SPREAD)
-    side = bool(rng.random() < spread.side)
+        named, other = PRECISION_SPREADS, DEFAULT_PRECISION_SPREAD
+    spread = thing.spread or named.get(thing.name, other)
+    # From the side the hand needs room below and object above: a low object is taken from above.
+    side = bool(rng.random() < spread.side) and thing.height >= sum(SIDE_MARGIN)
     wide = bool(rng.random() < spread.wide)
     preshapes = PRECISION_PRESHAPES if precision else tuple(PRESHAPES)
     preshape = preshapes[int(rng.integers(len(preshapes)))]
@@ -142,7 +128,8 @@ def sample_grasp(thing: ObjectInfo, rng: np.random.Generator, style: str = "any"
         azimuth = float(rng.uniform(-math.pi, math.pi))
         roll = 0.0
         tilt = float(rng.normal(0.0, math.radians(4)))
-        height = thing.height - float(rng.uniform(*TOP_DEPTH))
+        deepest = min(TOP_DEPTH[1], max(TOP_DEPTH[0], thing.height - TOP_ROOM))
+        height = thing.height - float(rng.uniform(TOP_DEPTH[0], deepest))
     low, high = PRECISION_DEPTH if precision else DEPTH[preshape]
     ahead = thing.half_narrow if wide else thing.half_wide
     setback = max(0.0, ahead - REACH_IN) if side else 0.0

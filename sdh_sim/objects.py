@@ -1,16 +1,26 @@
-"""The objects that can be grasped: found in models/objects, their numbers read from the MJCF."""
+"""The objects that can be grasped: the models in models/objects, and folders of users.
+
+Both come as one body in a ``MjSpec`` of the same form; whatever is known of an object is read from
+that.
+"""
 
 from __future__ import annotations
 
+import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
+from sdh_sim.errors import SettingsError
+from sdh_sim.extensions import ObjectFolder
 from sdh_sim.model_files import models_dir
-from sdh_sim.settings import SettingsError
+from sdh_sim.object_facts import Spread
+from sdh_sim.object_shape import collision_vertices, rotation_of
+from sdh_sim.user_objects import UserObject, read_folder
 
 # The order of the paper's figure 5; other folders follow by name.
 PAPER_ORDER = ("box", "oval_bottle", "spray_bottle", "cylindrical_bottle")
@@ -32,6 +42,7 @@ class ObjectInfo:
         narrow_yaw: direction of its narrower horizontal side when standing at yaw 0 [rad].
         half_narrow, half_wide: half of the narrower and the wider horizontal side [m].
         inertia_kgm2: inertia tensor at the centre of mass, object axes (3, 3) [kg m^2].
+        spread: of the random grasps on it; None: what ``grasps`` has for its name, or the default.
     """
 
     name: str
@@ -46,6 +57,7 @@ class ObjectInfo:
     half_narrow: float
     half_wide: float
     inertia_kgm2: np.ndarray
+    spread: Spread | None = None
 
 
 @cache
@@ -57,34 +69,117 @@ def object_names() -> tuple[str, ...]:
     return (*first, *sorted(found - set(first)))
 
 
-def object_file(name: str) -> Path:
-    """The object's MJCF.
+def user_object(path: str | Path) -> UserObject:
+    """The object of a user's folder.
 
     Raises:
-        SettingsError: no such object.
+        SettingsError: it cannot be used, or has the name of a built-in object.
     """
+    thing = read_folder(path)
+    if thing.name in object_names():
+        raise SettingsError(
+            f"object: {thing.reference.path}: the name {thing.name!r} is a built-in object's; "
+            "set another name in object.toml"
+        )
+    return thing
+
+
+def object_spec(name: str, folder: ObjectFolder | None = None) -> mujoco.MjSpec:
+    """The object as a model of one body ``object``, new at each call.
+
+    Args:
+        name: of a built-in object, or of a user's.
+        folder: the user's; None for a built-in object.
+
+    Raises:
+        SettingsError: no such object, or the folder is not what it was.
+    """
+    if folder is not None:
+        return unchanged(name, folder).spec
     if name not in object_names():
-        raise SettingsError(f"object: got {name!r}; choose one of {', '.join(object_names())}")
-    return models_dir() / "objects" / name / f"{name}.xml"
+        raise unknown_object(name)
+    return mujoco.MjSpec.from_file(str(models_dir() / "objects" / name / f"{name}.xml"))
 
 
-@cache
-def object_info(name: str) -> ObjectInfo:
-    """Numbers of an object, from its compiled MJCF.
+def unknown_object(name: str) -> SettingsError:
+    """The error for a name that is no object's."""
+    return SettingsError(
+        f"object: got {name!r:.200}; choose one of {', '.join(object_names())}, or all, or give "
+        "the path of a folder with an object of your own"
+    )
+
+
+def find_objects(
+    asked: Sequence[str], known: Mapping[str, ObjectFolder]
+) -> tuple[tuple[str, ...], dict[str, ObjectFolder]]:
+    """Names of the objects asked for, each once, and the folders of those that are users'.
+
+    Args:
+        asked: names, ``all`` for the built-in ones, and paths of folders.
+        known: folders of earlier, whose names count too, and which must not have changed.
 
     Raises:
-        SettingsError: no such object.
+        SettingsError: no such object, a folder that cannot be used, or two of one name.
     """
-    path = object_file(name)
-    model = mujoco.MjModel.from_xml_path(str(path))
+    names: list[str] = []
+    folders: dict[str, ObjectFolder] = {}
+    for item in asked:
+        if item == "all":
+            names += object_names()
+        elif item in object_names():
+            names.append(item)
+        elif item in known:
+            names.append(item)
+            folders[item] = unchanged(item, known[item]).reference
+        elif "/" in item or os.sep in item or item in (".", "..") or Path(item).is_dir():
+            thing = user_object(item)
+            name, folder = thing.name, thing.reference
+            if name in folders and folders[name].sha256 != folder.sha256:
+                raise SettingsError(
+                    f"object: {folders[name].path} and {folder.path} are both {name!r}; set "
+                    "another name in one object.toml"
+                )
+            if name in known and known[name].sha256 != folder.sha256:
+                raise _changed(folder.path)
+            names.append(name)
+            folders[name] = folder
+        else:
+            raise unknown_object(item)
+    return tuple(dict.fromkeys(names)), folders
+
+
+def _changed(path: str) -> SettingsError:
+    return SettingsError(
+        f"object: {path} has changed since the run began; bring its files back, or start a run of "
+        "its own with another --out"
+    )
+
+
+def unchanged(name: str, folder: ObjectFolder) -> UserObject:
+    """The object of a folder that a run refers to.
+
+    Raises:
+        SettingsError: it is gone, cannot be used, or is another object by now.
+    """
+    thing = user_object(folder.path)
+    if (thing.name, thing.reference.sha256) != (name, folder.sha256):
+        raise _changed(folder.path)
+    return thing
+
+
+@lru_cache(maxsize=64)
+def object_info(name: str, folder: ObjectFolder | None = None) -> ObjectInfo:
+    """Numbers of an object, from its compiled model; arguments and errors as ``object_spec``."""
+    spread = None
+    if folder is None:
+        model = object_spec(name).compile()
+    else:
+        thing = unchanged(name, folder)
+        model, spread = thing.spec.compile(), thing.spread
     body = model.body("object").id
-    vertices = _collision_vertices(model)
-    rotation = np.empty(9)
-    mujoco.mju_quat2Mat(rotation, model.body_quat[body])
-    world = vertices @ rotation.reshape(3, 3).T + model.body_pos[body]
-    principal = np.empty(9)
-    mujoco.mju_quat2Mat(principal, model.body_iquat[body])
-    axes = principal.reshape(3, 3)
+    vertices = collision_vertices(model)
+    world = vertices @ rotation_of(model.body_quat[body]).T + model.body_pos[body]
+    axes = rotation_of(model.body_iquat[body])
     colliding = np.flatnonzero(model.geom_contype)
     return ObjectInfo(
         name=name,
@@ -99,25 +194,8 @@ def object_info(name: str) -> ObjectInfo:
         half_narrow=0.5 * float(np.ptp(world[:, :2], axis=0).min()),
         half_wide=0.5 * float(np.ptp(world[:, :2], axis=0).max()),
         inertia_kgm2=_frozen(axes @ np.diag(model.body_inertia[body]) @ axes.T),
+        spread=spread,
     )
-
-
-def _collision_vertices(model: mujoco.MjModel) -> np.ndarray:
-    """Points that span the collision shapes, in the object's frame (n, 3) [m]."""
-    points = []
-    for geom in np.flatnonzero(model.geom_contype):
-        rotation = np.empty(9)
-        mujoco.mju_quat2Mat(rotation, model.geom_quat[geom])
-        if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
-            mesh = model.geom_dataid[geom]
-            start, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
-            local = model.mesh_vert[start : start + count].astype(float)
-        else:
-            centre, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
-            signs = np.stack(np.meshgrid(*[[-1, 1]] * 3), axis=-1).reshape(-1, 3)
-            local = centre + signs * half
-        points.append(local @ rotation.reshape(3, 3).T + model.geom_pos[geom])
-    return np.concatenate(points)
 
 
 def _frozen(values: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from sdh_sim.hand import HandKinematics
 from sdh_sim.metrics import evaluate, task_scaling
 from sdh_sim.objects import ObjectInfo
-from sdh_sim.perception import PadContact, perceive
+from sdh_sim.perception import PadContact, PerceivedGrasp, perceive
 from sdh_sim.tactile import TactileSnapshot
 
 NO_READING = "no pad reads a contact"
@@ -20,12 +20,17 @@ class Prediction:
     Attributes:
         values: by name of the metric; NaN where it cannot be computed.
         reason: why q* is 0, empty otherwise.
-        contacts: the pads in contact.
+        grasp: what they were computed from.
     """
 
     values: dict[str, float]
     reason: str
-    contacts: tuple[PadContact, ...]
+    grasp: PerceivedGrasp
+
+    @property
+    def contacts(self) -> tuple[PadContact, ...]:
+        """The pads in contact."""
+        return self.grasp.contacts
 
     @property
     def q_linf(self) -> float:
@@ -61,4 +66,4 @@ def predict(
         reason = NO_READING
     elif values["q_linf"] == 0.0:
         reason = task_scaling(grasp, "linf").reason or ""
-    return Prediction(values, reason, grasp.contacts)
+    return Prediction(values, reason, grasp)

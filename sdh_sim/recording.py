@@ -191,7 +191,9 @@ def _log_prediction(stream: rr.RecordingStream, log: TrialLog) -> None:
     contacts = [pad.contact for pad in log.prediction.contacts]
     normals = np.array([k.normal * k.max_normal_force * LIMIT_SCALE for k in contacts])
     # The prediction's frame is the object's, moved to the centre of mass.
-    at = np.array([k.position for k in contacts]) + object_info(log.row["object"]).com_m
+    settings = log.scene.settings
+    com = object_info(settings.object, settings.folder).com_m
+    at = np.array([k.position for k in contacts]) + com
     lift = next((k for k, name in enumerate(log.phase) if name == "lift"), len(log.time) - 1)
     stream.set_time(TIMELINE, duration=float(log.time[lift]))
     path = f"{body_path(log.scene.model, log.scene.object)}/predicted_contacts"

@@ -1,5 +1,7 @@
 """The table of a run, ``trials.parquet``: one row per trial, its columns listed here and only here.
 
+Users' metrics add columns of their own at the end (``columns``); what writes a table is told which.
+
 A row is a plain ``dict`` from column name to value. Array columns are fixed-size lists, so that
 pandas, polars and DuckDB open the file as it is; ``stack`` gives them back as one numpy array.
 """
@@ -8,7 +10,6 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from sdh_sim.atomic import atomic_file
+from sdh_sim.columns import Column, RecordError, added_column, added_in, is_added, one_line
 
 Row = dict[str, Any]
 
@@ -27,53 +29,6 @@ leave both out and count them. An ``error`` row has no values but trial, object 
 TACTILE_UNIT = "kPa"
 FORMAT = "sdh-sim trials 1"
 ROW_GROUP = 1024  # rows; about 3 MB in memory, so that a table of any size can be streamed
-
-
-class RecordError(ValueError):
-    """A table or a row that cannot be used; the message says what came and what would do."""
-
-
-def one_line(text: object, length: int = 200) -> str:
-    """What comes from a file, as part of a message: its first line, cut to a length."""
-    first = (str(text).splitlines() or [""])[0]
-    return first if len(first) <= length else first[: length - 1] + "…"
-
-
-@dataclass(frozen=True)
-class Column:
-    """One column of the table.
-
-    Attributes:
-        name: the key in a row.
-        type: arrow type of one element.
-        unit: unit of the values, "" where there is none.
-        meaning: one line for the reader of the file.
-        shape: () for a scalar, otherwise the shape of the array in each row.
-        required: a row without it is refused; other columns may be null.
-    """
-
-    name: str
-    type: pa.DataType
-    unit: str
-    meaning: str
-    shape: tuple[int, ...] = ()
-    required: bool = False
-
-    @property
-    def arrow_type(self) -> pa.DataType:
-        """The element type wrapped in one fixed-size list per axis."""
-        arrow = self.type
-        for size in reversed(self.shape):
-            arrow = pa.list_(arrow, size)
-        return arrow
-
-    @property
-    def field(self) -> pa.Field:
-        """The arrow field; unit, shape and meaning are its metadata."""
-        about = {"unit": self.unit, "meaning": self.meaning}
-        if self.shape:
-            about["shape"] = "x".join(str(n) for n in self.shape)
-        return pa.field(self.name, self.arrow_type, nullable=not self.required, metadata=about)
 
 
 _INT, _REAL, _TEXT, _FLAG = pa.int64(), pa.float64(), pa.string(), pa.bool_()
@@ -176,10 +131,26 @@ COLUMNS: tuple[Column, ...] = (
 
 _BY_NAME = {column.name: column for column in COLUMNS}
 
-SCHEMA = pa.schema(
-    [column.field for column in COLUMNS],
-    metadata={"format": FORMAT, "tactile_unit": TACTILE_UNIT},
-)
+
+def schema_of(added: Sequence[Column] = ()) -> pa.Schema:
+    """Schema of a table with all columns and the added ones."""
+    return pa.schema(
+        [column.field for column in (*COLUMNS, *added)],
+        metadata={"format": FORMAT, "tactile_unit": TACTILE_UNIT},
+    )
+
+
+SCHEMA = schema_of()
+
+
+def column_named(name: str) -> Column:
+    """The column of that name, one of ours or an added one; KeyError where there is none."""
+    return added_column(name) if is_added(name) else _BY_NAME[name]
+
+
+def columns_in(schema: pa.Schema) -> tuple[Column, ...]:
+    """All columns of a table of ours with those that its file has besides."""
+    return (*COLUMNS, *added_in(schema))
 
 
 def normalise(row: Mapping[str, Any]) -> Row:
@@ -191,10 +162,12 @@ def normalise(row: Mapping[str, Any]) -> Row:
     Raises:
         RecordError: an unknown or missing column, a wrong shape or type, an unknown failure.
     """
-    unknown = sorted(set(row) - set(_BY_NAME))
+    more = [name for name in row if name not in _BY_NAME]
+    unknown = sorted(name for name in more if not is_added(name))
     if unknown:
         raise RecordError(f"row has unknown column {unknown[0]!r}; columns are listed in COLUMNS")
-    full = {column.name: _value(column, row.get(column.name)) for column in COLUMNS}
+    columns = (*COLUMNS, *(added_column(name) for name in more))
+    full = {column.name: _value(column, row.get(column.name)) for column in columns}
     if full["failure"] not in FAILURES:
         got = one_line(repr(full["failure"]))
         raise RecordError(f"failure is {got}; expected one of {', '.join(FAILURES)}")
@@ -232,16 +205,25 @@ def _value(column: Column, value: Any) -> Any:
         ) from error
 
 
-def to_table(rows: Iterable[Mapping[str, Any]]) -> pa.Table:
+def to_table(rows: Iterable[Mapping[str, Any]], added: Sequence[Column] = ()) -> pa.Table:
     """Rows, in any order, as an arrow table sorted by trial number."""
-    return table_of([normalise(row) for row in rows])
+    return table_of([normalise(row) for row in rows], added)
 
 
-def table_of(full: Iterable[Row]) -> pa.Table:
-    """As ``to_table`` for rows that ``normalise`` gave, which it does not check again."""
+def table_of(full: Iterable[Row], added: Sequence[Column] = ()) -> pa.Table:
+    """As ``to_table`` for rows that ``normalise`` gave, which it does not check again.
+
+    Raises:
+        RecordError: a row has a metric that is not among the added columns.
+    """
     full = sorted(full, key=lambda row: row["trial"])
+    columns = (*COLUMNS, *added)
+    known = {column.name for column in columns}
+    for row in full:
+        if len(row) > len(COLUMNS) and (more := [name for name in row if name not in known]):
+            raise RecordError(f"row has column {more[0]!r}, which this table has not")
     return pa.Table.from_arrays(
-        [_array(c, [row[c.name] for row in full]) for c in COLUMNS], schema=SCHEMA
+        [_array(c, [row.get(c.name) for row in full]) for c in columns], schema=schema_of(added)
     )
 
 
@@ -258,18 +240,23 @@ def _array(column: Column, values: Sequence[Any]) -> pa.Array:
     return array
 
 
-def write_rows(rows: Iterable[Mapping[str, Any]], path: Path) -> None:
+def write_rows(rows: Iterable[Mapping[str, Any]], path: Path, added: Sequence[Column] = ()) -> None:
     """Write the table so that a reader, or a crash, sees the old file or the new, never a part.
+
+    Args:
+        rows: in any order.
+        path: of the file.
+        added: columns of users' metrics.
 
     Raises:
         OSError: the disk refused; the file that was there stays as it was.
     """
-    table = to_table(rows)
+    table = to_table(rows, added)
     starts = range(0, table.num_rows, ROW_GROUP)
-    write_groups((table.slice(start, ROW_GROUP) for start in starts), path)
+    write_groups((table.slice(start, ROW_GROUP) for start in starts), path, added)
 
 
-def write_groups(groups: Iterable[pa.Table], path: Path) -> None:
+def write_groups(groups: Iterable[pa.Table], path: Path, added: Sequence[Column] = ()) -> None:
     """Write a table that comes in pieces of ``ROW_GROUP`` rows (the last may be shorter).
 
     The file's bytes are those that ``write_rows`` gives for the same rows; one piece at a time is
@@ -280,7 +267,9 @@ def write_groups(groups: Iterable[pa.Table], path: Path) -> None:
     """
     with (
         atomic_file(path) as file,
-        pq.ParquetWriter(file, SCHEMA, compression="zstd", write_page_checksum=True) as writer,
+        pq.ParquetWriter(
+            file, schema_of(added), compression="zstd", write_page_checksum=True
+        ) as writer,
     ):
         for group in groups:
             writer.write_table(group.combine_chunks(), row_group_size=ROW_GROUP)
@@ -306,9 +295,11 @@ def read_table(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     Raises:
         RecordError: no such file, not a readable parquet file, or not a table of trials.
     """
-    wanted = [_BY_NAME[name] for name in columns] if columns is not None else list(COLUMNS)
     with readable(path):
         file = pq.ParquetFile(path, page_checksum_verification=True)
+        wanted = columns_in(file.schema_arrow)
+        if columns is not None:
+            wanted = tuple(column_named(name) for name in columns)
         for column in wanted:
             check_field(path, file.schema_arrow, column)
         table = file.read(columns=[column.name for column in wanted])
@@ -333,7 +324,7 @@ def check_field(path: Path, schema: pa.Schema, column: Column) -> None:
 
 def stack(table: pa.Table, name: str) -> np.ndarray:
     """An array column as one array (n, *shape), or a number column as (n,); null becomes NaN."""
-    column = _BY_NAME[name]
+    column = column_named(name)
     flat = table.column(name).combine_chunks()
     if isinstance(flat, pa.ChunkedArray):
         flat = pa.concat_arrays(flat.chunks) if flat.num_chunks else pa.array([], flat.type)
@@ -349,7 +340,7 @@ def stack(table: pa.Table, name: str) -> np.ndarray:
 def to_rows(table: pa.Table) -> list[Row]:
     """The rows of a table as ``normalise`` gives them."""
     columns: dict[str, list[Any]] = {}
-    for column in COLUMNS:
+    for column in columns_in(table.schema):
         values = table.column(column.name)
         if column.shape:
             arrays = stack(table, column.name).astype(column.type.to_pandas_dtype())
@@ -373,7 +364,7 @@ def read_rows(path: Path) -> list[Row]:
 def differing_columns(first: Mapping[str, Any], second: Mapping[str, Any]) -> list[str]:
     """Names of the columns in which two rows differ in any bit that the table keeps."""
     a, b = normalise(first), normalise(second)
-    return [c.name for c in COLUMNS if not _same(a[c.name], b[c.name])]
+    return [name for name in {**a, **b} if not _same(a.get(name), b.get(name))]
 
 
 def _same(a: Any, b: Any) -> bool:

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import dataclasses
 import zlib
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from sdh_sim.extensions import NAME, ObjectFolder, plain
 from sdh_sim.settings import SettingsError, TrialSettings
 
 MAX_TRIALS = 1_000_000
@@ -51,9 +52,11 @@ class RunPlan:
 
     Attributes:
         objects: names of the objects, in the order of the table.
-        settings: settings of every trial (its ``object`` is replaced by each name in turn).
+        settings: settings of every trial (its ``object`` is replaced by each name in turn, its
+            ``folder`` by that object's).
         trials: trials per object.
         seed: seed of the run, not negative.
+        folders: of those objects that are users' own, by name.
 
     Raises:
         SettingsError: a number out of range, no object, or one object twice.
@@ -63,6 +66,7 @@ class RunPlan:
     settings: TrialSettings
     trials: int
     seed: int
+    folders: Mapping[str, ObjectFolder] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         _whole("trials", self.trials, 1, MAX_TRIALS)
@@ -79,6 +83,10 @@ class RunPlan:
             )
         if not self.objects or len(set(self.objects)) != len(self.objects):
             raise SettingsError(f"objects: got {list(self.objects)}; give each object once")
+        for name, folder in self.folders.items():
+            known = name in self.objects and NAME.fullmatch(name) is not None
+            if not known or not isinstance(folder, ObjectFolder):
+                raise SettingsError(f"folders: got {name!r:.80}; it is no object of the run")
 
     @property
     def total(self) -> int:
@@ -91,7 +99,7 @@ class RunPlan:
             raise RunError(f"trial {trial} is not in the run; it has trials 0 to {self.total - 1}")
         which, index = divmod(trial, self.trials)
         name = self.objects[which]
-        settings = dataclasses.replace(self.settings, object=name)
+        settings = dataclasses.replace(self.settings, object=name, folder=self.folders.get(name))
         return Job(trial, index, trial_seed(self.seed, name, index), settings)
 
     def jobs(self) -> Iterator[Job]:
@@ -99,25 +107,38 @@ class RunPlan:
         return (self.job(trial) for trial in range(self.total))
 
     def changes_from(self, stored: RunPlan) -> list[str]:
-        """What differs from another plan, by name; more trials are no change."""
-        mine, theirs = self.to_dict(), stored.to_dict()
-        flat = [{**plan.pop("settings"), **plan} for plan in (mine, theirs)]
+        """What differs from another plan, by name; more trials are no change.
+
+        An object's folder, and a metric's file, may have moved: their content counts.
+        """
+        flat = [plan._contents() for plan in (self, stored)]
         return [
             f"{name} (run: {_show(flat[1].get(name))}, asked: {_show(flat[0][name])})"
             for name in flat[0]
             if name != "trials" and flat[0][name] != flat[1].get(name)
         ]
 
+    def _contents(self) -> dict[str, Any]:
+        plan = self.to_dict()
+        flat = {**plan.pop("settings"), **plan}
+        flat["metrics"] = [f"{m.name} ({_short(m.sha256)})" for m in self.settings.metrics]
+        flat["folders"] = [f"{n} ({_short(f.sha256)})" for n, f in sorted(self.folders.items())]
+        return flat
+
     def to_dict(self) -> dict[str, Any]:
         """The plan as plain JSON values."""
         settings = self.settings.to_dict()
         settings.pop("object")
-        return {
+        settings.pop("folder")
+        plan = {
             "objects": list(self.objects),
             "trials": self.trials,
             "seed": self.seed,
             "settings": settings,
         }
+        if self.folders:
+            plan["folders"] = {name: plain(folder) for name, folder in self.folders.items()}
+        return plan
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> RunPlan:
@@ -128,7 +149,13 @@ class RunPlan:
         objects = tuple(names)
         first = objects[0] if objects else ""
         settings = TrialSettings.from_dict({**data["settings"], "object": first})
-        return cls(objects, settings, data["trials"], data["seed"])
+        if settings.folder is not None:
+            raise SettingsError("folder: it stands below folders, not among the settings")
+        found = data.get("folders", {})
+        if not isinstance(found, dict):
+            raise SettingsError(f"folders: got {found!r:.80}; expected them by object")
+        folders = {name: ObjectFolder.from_dict(value) for name, value in found.items()}
+        return cls(objects, settings, data["trials"], data["seed"], folders)
 
 
 def _whole(name: str, value: object, low: int, high: int) -> None:
@@ -136,7 +163,11 @@ def _whole(name: str, value: object, low: int, high: int) -> None:
         raise SettingsError(f"{name}: got {value!r}; allowed is a whole number {low} to {high}")
 
 
+def _short(sha256: str) -> str:
+    return f"sha256 {sha256[:12]}" if sha256 else "no file"
+
+
 def _show(value: object) -> str:
     if isinstance(value, list):
-        return " ".join(str(v) for v in value)
+        return " ".join(str(v) for v in value) or "none"
     return str(value)

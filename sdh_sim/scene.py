@@ -10,7 +10,7 @@ import numpy as np
 from sdh_sim import sdh2_constants as c
 from sdh_sim.hand import MOTOR_NAMES, torque_limits
 from sdh_sim.model_files import models_dir
-from sdh_sim.objects import object_file, object_info
+from sdh_sim.objects import object_info, object_spec
 from sdh_sim.settings import TrialSettings
 
 ARM, HAND, OBJECT = "arm/", "hand/", "object/"
@@ -98,7 +98,7 @@ def build_scene(settings: TrialSettings) -> Scene:
         SettingsError: no such object.
     """
     spec = robot_spec()
-    thing = mujoco.MjSpec.from_file(str(object_file(settings.object)))
+    thing = object_spec(settings.object, settings.folder)
     spec.attach(thing, prefix=OBJECT, frame=spec.worldbody.add_frame())
     spec.body(f"{OBJECT}object").add_freejoint(name="free")
     spec.option.timestep = settings.timestep
@@ -200,7 +200,7 @@ def set_contacts(scene: Scene) -> None:
     """
     model, d = scene.model, PAD_IMPEDANCE
     stiffness = taxel_stiffness(scene.settings)
-    friction = object_info(scene.settings.object).friction
+    friction = object_info(scene.settings.object, scene.settings.folder).friction
     for geom in np.flatnonzero(scene.taxel >= 0):
         link = model.geom_bodyid[geom]
         a = model.body_invweight0[link, 0] + model.body_invweight0[scene.object, 0]

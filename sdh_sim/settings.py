@@ -8,6 +8,9 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from sdh_sim.errors import SettingsError
+from sdh_sim.extensions import ObjectFolder, UserMetric, check_metrics, metrics_from, plain
+
 PAPER_TORQUE_FACTOR = 0.781  # Krug et al.: share of the data-sheet torque used in section IV-B
 DATASHEET_TORQUE_LIMIT = (2.1, 1.4)  # [N m] spread and proximal joints, distal joints
 PAPER_TORQUE_LIMIT = (
@@ -21,10 +24,6 @@ LOAD_TESTS = ("none", "gravity", "directions")
 DISTURBANCES = ("none", "turn", "shake")
 ARMS = ("servo", "rigid")
 GRASPS = ("any", "precision")
-
-
-class SettingsError(ValueError):
-    """A setting that cannot be used; the message names it, what came and what would do."""
 
 CHOICES = {
     "sensor": SENSORS,
@@ -74,6 +73,8 @@ class TrialSettings:
             each axis [m] and of its rotation about each axis [rad], as the metrics see it.
         friction_error, mass_error: relative standard deviations of the friction and the mass that
             the metrics assume.
+        folder: of a user's object; None takes the object model of that name.
+        metrics: users' metrics, beside the built-in ones.
 
     Raises:
         SettingsError: a value out of range.
@@ -98,6 +99,8 @@ class TrialSettings:
     angle_error: float = 0.0
     friction_error: float = 0.0
     mass_error: float = 0.0
+    folder: ObjectFolder | None = None
+    metrics: tuple[UserMetric, ...] = ()
 
     def __post_init__(self) -> None:
         try:
@@ -117,11 +120,15 @@ class TrialSettings:
             _range(name, getattr(self, name), low, high, unit)
         if isinstance(self.repeats, bool) or not isinstance(self.repeats, int):
             raise SettingsError(f"repeats: got {self.repeats!r}; give a whole number, 0 to 1000")
+        if self.folder is not None and not isinstance(self.folder, ObjectFolder):
+            raise SettingsError(f"folder: got {self.folder!r:.80}; expected an ObjectFolder")
+        check_metrics(self.metrics)
 
     def to_dict(self) -> dict[str, Any]:
         """The settings as plain JSON values."""
         data = dataclasses.asdict(self)
         data["torque_limit"] = list(self.torque_limit)
+        data |= {"folder": plain(self.folder), "metrics": plain(self.metrics)}
         return data
 
     @classmethod
@@ -139,6 +146,10 @@ class TrialSettings:
         if "torque_limit" in values:
             with contextlib.suppress(TypeError):  # the constructor names the fault
                 values["torque_limit"] = tuple(values["torque_limit"])
+        if values.get("folder") is not None:
+            values["folder"] = ObjectFolder.from_dict(values["folder"])
+        if "metrics" in values:
+            values["metrics"] = metrics_from(values["metrics"])
         return cls(**values)
 
 

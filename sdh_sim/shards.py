@@ -23,6 +23,7 @@ import pyarrow.parquet as pq
 
 from sdh_sim import records
 from sdh_sim.atomic import write_atomic
+from sdh_sim.columns import Column
 from sdh_sim.records import ROW_GROUP, RecordError, Row
 
 _CACHED_BLOCKS = 6  # of 3 MB; neighbours in the table mostly lie in two or three
@@ -31,11 +32,12 @@ _CACHED_BLOCKS = 6  # of 3 MB; neighbours in the table mostly lie in two or thre
 class _Table:
     """The table as a source: its blocks are row groups."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, added: Sequence[Column]) -> None:
         self.path = path
+        self._columns = (*records.COLUMNS, *added)
         with records.readable(path):
             self._file = pq.ParquetFile(path, page_checksum_verification=True)
-            for column in records.COLUMNS:
+            for column in self._columns:
                 records.check_field(path, self._file.schema_arrow, column)
 
     @property
@@ -43,7 +45,7 @@ class _Table:
         return self._file.num_row_groups
 
     def read(self, block: int, columns: Sequence[str] | None = None) -> pa.Table:
-        names = [column.name for column in records.COLUMNS] if columns is None else list(columns)
+        names = [column.name for column in self._columns] if columns is None else list(columns)
         with records.readable(self.path):
             table = self._file.read_row_group(block, columns=names, use_threads=False)
             table.validate(full=True)
@@ -58,19 +60,20 @@ class _Shard:
 
     blocks = 1
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, schema: pa.Schema) -> None:
         self.path = path
+        self._schema = schema
 
     def read(self, block: int, columns: Sequence[str] | None = None) -> pa.Table:
-        table = read_shard(self.path)
+        table = read_shard(self.path, self._schema)
         return table if columns is None else table.select(list(columns))
 
     def close(self) -> None:
         """Nothing stays open."""
 
 
-def read_shard(path: Path) -> pa.Table:
-    """The rows of a shard; raises RecordError where it is damaged or of another version."""
+def read_shard(path: Path, schema: pa.Schema = records.SCHEMA) -> pa.Table:
+    """The rows of a shard; raises RecordError where it is damaged or has other columns."""
     try:
         data = path.read_bytes()
         if path.stem[9:] != f"{zlib.crc32(data):08x}":
@@ -81,7 +84,7 @@ def read_shard(path: Path) -> pa.Table:
         if isinstance(error, RecordError):
             raise
         raise RecordError(f"{path} is not a readable shard: {error}") from error
-    if not table.schema.equals(records.SCHEMA):
+    if not table.schema.equals(schema):
         raise RecordError(f"{path} is not a shard of this version")
     return table
 
@@ -116,13 +119,18 @@ class Index:
 class Rows:
     """All rows of a table and its shards, without holding them in memory.
 
+    Args:
+        table, shards: files.
+        added: columns of users' metrics.
+
     Raises:
         RecordError: the table is damaged or of another version; so do its methods for shards.
     """
 
-    def __init__(self, table: Path, shards: Iterable[Path]) -> None:
-        self.sources: list[_Table | _Shard] = [_Table(table)] if table.exists() else []
-        self.sources += [_Shard(path) for path in shards]
+    def __init__(self, table: Path, shards: Iterable[Path], added: Sequence[Column] = ()) -> None:
+        self._schema = records.schema_of(added)
+        self.sources: list[_Table | _Shard] = [_Table(table, added)] if table.exists() else []
+        self.sources += [_Shard(path, self._schema) for path in shards]
         self._read = lru_cache(maxsize=_CACHED_BLOCKS)(self._block)
 
     def close(self) -> None:
@@ -162,9 +170,9 @@ class Rows:
             positions.append(mine)
         order = np.argsort(np.concatenate(positions))
         # Schema metadata of a file is its writer's; the table's own is put back here.
-        table = pa.concat_tables([piece.cast(records.SCHEMA) for piece in pieces])
+        table = pa.concat_tables([piece.cast(self._schema) for piece in pieces])
         table = table.take(pa.array(order)).combine_chunks()
-        return table.set_column(0, records.SCHEMA.field(0), pa.array(part.trial, pa.int64()))
+        return table.set_column(0, self._schema.field(0), pa.array(part.trial, pa.int64()))
 
 
 def place(trials: np.ndarray, source: int, block: int) -> Index:
@@ -189,12 +197,18 @@ def join(pieces: Sequence[Index]) -> Index:
 class ShardWriter:
     """Adds shards to a folder and keeps their number small.
 
+    Args:
+        folder: of the shards.
+        added: columns of users' metrics.
+
     Attributes:
         rows: rows in shards that this writer wrote or was told of.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, added: Sequence[Column] = ()) -> None:
         self.folder = folder
+        self._added = added
+        self._schema = records.schema_of(added)
         self.rows = 0
         self._small: list[tuple[Path, int]] = []
         self._next = 0
@@ -216,7 +230,7 @@ class ShardWriter:
             OSError: the disk refused; nothing of them is kept.
         """
         self.folder.mkdir(exist_ok=True)
-        table = records.table_of(rows)
+        table = records.table_of(rows, self._added)
         self._count(self._write(table), table.num_rows)
         if sum(count for _, count in self._small) >= ROW_GROUP:
             with contextlib.suppress(OSError):  # the rows are safe; the next shard will tell
@@ -225,7 +239,7 @@ class ShardWriter:
     def _write(self, table: pa.Table) -> Path:
         sink = pa.BufferOutputStream()
         options = pa.ipc.IpcWriteOptions(compression="zstd", use_threads=False)
-        with pa.ipc.new_stream(sink, records.SCHEMA, options=options) as writer:
+        with pa.ipc.new_stream(sink, self._schema, options=options) as writer:
             writer.write_table(table)
         data = sink.getvalue().to_pybytes()
         path = self.folder / f"{self._next:08d}-{zlib.crc32(data):08x}.arrow"
@@ -240,7 +254,7 @@ class ShardWriter:
 
     def _join_small(self) -> None:
         old = [path for path, _ in self._small]
-        table = pa.concat_tables([read_shard(path) for path in old])
+        table = pa.concat_tables([read_shard(path, self._schema) for path in old])
         self._write(table.sort_by("trial").combine_chunks())
         self._small = []
         for path in old:

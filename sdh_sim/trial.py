@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from sdh_sim import load_test, outcome
+from sdh_sim import load_test, outcome, user_metrics
 from sdh_sim.acquire import acquire
 from sdh_sim.cell import Cell, Diverged
 from sdh_sim.course import Course, find_course, plan_columns
@@ -71,7 +71,7 @@ def run_trial(settings: TrialSettings, seed: int, log: bool = False) -> TrialRes
         SettingsError: no such object.
     """
     begin = time.perf_counter()
-    scene, thing = _scene(settings), object_info(settings.object)
+    scene, thing = _scene(settings), object_info(settings.object, settings.folder)
     course = find_course(scene, thing, np.random.default_rng(seed))
     writer = LogWriter(scene) if log else None
     run = _Run(Cell(scene, writer), thing, course, seed)
@@ -182,6 +182,7 @@ class _Run:
         settings = self.settings
         self.prediction = predict(seen, known, settings.torque_limit, settings.pads, _hand())
         row |= self.prediction.values
+        row |= user_metrics.evaluate(self.prediction.grasp, settings.metrics)
         row |= {"q_reason": self.prediction.reason, "contacts": len(self.prediction.contacts)}
         return snapshot
 

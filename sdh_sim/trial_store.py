@@ -14,6 +14,7 @@ import numpy as np
 import pyarrow as pa
 
 from sdh_sim import records
+from sdh_sim.columns import added_columns
 from sdh_sim.records import FAILURES, RecordError, Row, one_line
 from sdh_sim.run_plan import RunError, RunPlan, trial_seed
 from sdh_sim.shards import Index, Rows, ShardWriter, join, place
@@ -23,10 +24,10 @@ _KEYS = ("trial", "object", "seed", "success", "failure")
 
 
 @contextlib.contextmanager
-def _open(table: Path, shards: Iterable[Path]) -> Iterator[Rows]:
+def _open(table: Path, shards: Iterable[Path], plan: RunPlan) -> Iterator[Rows]:
     """The rows; whatever is damaged becomes a RunError."""
     try:
-        rows = Rows(table, shards)
+        rows = Rows(table, shards, added_columns(plan.settings.metrics))
         try:
             yield rows
         finally:
@@ -136,7 +137,7 @@ def read_finished(table: Path, shards: Iterable[Path], plan: RunPlan) -> Iterato
     Raises:
         RunError: the table or a shard is damaged, or holds trials that the plan does not make.
     """
-    with _open(table, shards) as rows:
+    with _open(table, shards, plan) as rows:
         index, _, _ = _locate(rows, plan)
         for group in rows.groups(index):
             yield from records.to_rows(group)
@@ -159,11 +160,12 @@ class TrialStore:
         self.table = table
         self.done = np.zeros(plan.total, bool)
         self._plan = plan
-        self._shards = ShardWriter(shards)
+        self._added = added_columns(plan.settings.metrics)
+        self._shards = ShardWriter(shards, self._added)
         for left in shards.glob("*.tmp"):
             left.unlink()
         files = self._shards.list()
-        with _open(table, files) as rows:
+        with _open(table, files, plan) as rows:
             drop = "error" if retry_errors else None
             index, self.counts, as_stored = _locate(rows, plan, drop)
             self.done[index.trial] = True
@@ -202,9 +204,9 @@ class TrialStore:
         """Bring all trials into the table; raises OSError and changes nothing where it cannot."""
         files = self._shards.list()
         if files or not self.table.exists():
-            with _open(self.table, files) as rows:
+            with _open(self.table, files, self._plan) as rows:
                 self._write(rows, rows.index().once())
 
     def _write(self, rows: Rows, index: Index) -> None:
-        records.write_groups(rows.groups(index), self.table)
+        records.write_groups(rows.groups(index), self.table, self._added)
         self._shards.clear()

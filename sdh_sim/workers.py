@@ -16,7 +16,7 @@ import numpy as np
 
 from sdh_sim import records
 from sdh_sim.run_folder import Job, RunFolder, versions
-from sdh_sim.settings import TrialSettings
+from sdh_sim.settings import SettingsError, TrialSettings
 
 TrialFunction = Callable[[TrialSettings, int, bool], Any]
 _POLL = 1.0  # [s] how soon workers that join are noticed
@@ -79,6 +79,8 @@ class Work:
             row = records.normalise({**result.row, "trial": job.trial})
             if (row["object"], row["seed"]) != (job.settings.object, job.seed):
                 raise records.RecordError(f"the row is of {row['object']}, seed {row['seed']}")
+        except SettingsError as error:  # an object's folder has changed, or is not on this machine
+            return Done(None, error=str(error), refused=True)
         except Exception as error:
             return Done(None, error=_line(error), details=traceback.format_exc())
         if self.rerun == "all" or (self.rerun == "failures" and not row["success"]):

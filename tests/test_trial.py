@@ -29,7 +29,7 @@ def ending(scene: Scene, thing: ObjectInfo, seed: int) -> TrialResult:
     patch = pytest.MonkeyPatch()
     with patch.context() as p:
         p.setattr(trial, "_scene", lambda settings: scene)
-        p.setattr(trial, "object_info", lambda name: thing)
+        p.setattr(trial, "object_info", lambda *_: thing)
         return run_trial(scene.settings, seed)
 
 

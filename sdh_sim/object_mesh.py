@@ -1,0 +1,227 @@
+"""Mesh files of users: read with bounds, then checked to be closed, outward and convex.
+
+MuJoCo collides the convex hull of a mesh. So a shape that is not convex comes as several closed
+convex parts in one file (what tools for convex decomposition write), or is refused.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+import struct
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import trimesh
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import ConvexHull, QhullError
+
+MAX_FACES = 200_000
+MAX_PARTS = 64
+MAX_GROUPS = 1000  # that an OBJ file divides its faces into
+_GROUP = re.compile(rb"(?m)^[ \t]*(?:o|g|usemtl|s)\b")
+HULL_RATIO = 1.05  # a hull of up to so many times the volume counts as the mesh itself
+
+
+class MeshError(ValueError):
+    """A mesh that cannot be used; the message is the end of a sentence about its file."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """One connected surface.
+
+    Attributes:
+        vertices: (n, 3) [m].
+        faces: corners of the triangles (m, 3).
+        volume: enclosed, negative where the surface is inside out [m^3]; NaN: it is not closed.
+        hull_volume: of the convex hull [m^3].
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    volume: float
+    hull_volume: float
+
+
+def read_mesh(data: bytes, ending: str) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Vertices (n, 3) and triangles (m, 3) of every piece of a mesh file, in the file's unit.
+
+    Args:
+        data: content of the file; nothing but it is opened.
+        ending: of the file's name, such as ``.stl``.
+
+    Raises:
+        MeshError: not a mesh of that format, not finite, or over the bounds.
+    """
+    kind = ending.lower().removeprefix(".")
+    _check_claims(data, kind)
+    options: dict[str, Any] = {"process": False, "resolver": None, "allow_remote": False}
+    if kind == "obj":
+        options |= {"split_objects": True, "skip_materials": True}
+    try:
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, **options)
+            pieces = [_piece(g) for g in scene.dump() if isinstance(g, trimesh.Trimesh)]
+    except MeshError:
+        raise
+    except (Exception, RecursionError) as error:  # a reader of damaged files raises anything
+        reason = f"{type(error).__name__}: {error}".splitlines()[0][:120]
+        raise MeshError(f"is not a mesh that can be read as {kind.upper()} ({reason})") from error
+    pieces = [p for p in pieces if len(p[1])]
+    faces = sum(len(p[1]) for p in pieces)
+    if not pieces:
+        raise MeshError("holds no triangles")
+    if faces > MAX_FACES:
+        raise MeshError(f"has {faces} triangles; at most {MAX_FACES} are taken: simplify it")
+    return pieces
+
+
+def _piece(mesh: trimesh.Trimesh) -> tuple[np.ndarray, np.ndarray]:
+    vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
+    if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
+        raise MeshError("holds something else than triangles")
+    if faces.size and not 0 <= faces.min() <= faces.max() < len(vertices):
+        raise MeshError("has a triangle of vertices that it does not have")
+    used = np.unique(faces)
+    if not np.isfinite(vertices[used]).all():
+        raise MeshError("has a vertex that is not a finite number")
+    if len(used) and np.abs(vertices[used]).max() > 1e9:
+        raise MeshError("has a vertex further than 1e9 from its origin")
+    return vertices, faces
+
+
+def _check_claims(data: bytes, kind: str) -> None:
+    """Refuse what would grow beyond its bytes: counts in heads, references, instances."""
+    if kind in ("glb", "gltf"):
+        _check_gltf(data, kind)
+    elif kind in ("ply", "off"):
+        head = data[:100_000].partition(b"end_header")[0] if kind == "ply" else data[:1000]
+        words = head.split(b"\n" if kind == "ply" else None)
+        for word in words if kind == "ply" else words[:4]:
+            for number in re.findall(rb"-?\d{1,40}", word):
+                if abs(int(number)) > len(data) and (kind == "off" or b"element" in word):
+                    raise MeshError("claims to hold more than its bytes can")
+    elif kind == "obj" and len(_GROUP.findall(data)) > MAX_GROUPS:
+        raise MeshError(f"divides its faces into more than {MAX_GROUPS} groups; join them")
+
+
+def _check_gltf(data: bytes, kind: str) -> None:
+    try:
+        text = data
+        if kind == "glb":
+            magic, _, _, size, chunk = struct.unpack_from("<4sIII4s", data)
+            if magic != b"glTF" or chunk != b"JSON":
+                raise ValueError("no GLB head")
+            text = data[20 : 20 + size]
+        document = json.loads(text)
+        buffers = document.get("buffers", [])
+        meshes, nodes = document.get("meshes", []), document.get("nodes", [])
+        accessors = [int(a["count"]) for a in document.get("accessors", [])]
+        views = [int(v["byteLength"]) for v in document.get("bufferViews", [])]
+        foreign = [b["uri"] for b in buffers if not str(b.get("uri", "data:")).startswith("data:")]
+        shown = sum("mesh" in node for node in nodes)
+        if document.get("extensionsRequired"):
+            raise MeshError("needs extensions of glTF; write it without compression")
+    except MeshError:
+        raise
+    except (ValueError, KeyError, TypeError, AttributeError, struct.error, RecursionError) as error:
+        raise MeshError(f"is not a mesh that can be read as {kind.upper()}") from error
+    if foreign:
+        raise MeshError("refers to other files; embed its buffers (GLB does)")
+    if max([0, *accessors]) > 3 * MAX_FACES or len(accessors) > 1000 or len(nodes) > 1000:
+        raise MeshError(f"holds more than {MAX_FACES} triangles or 1000 nodes or accessors")
+    if max([0, *views]) > len(data):
+        raise MeshError("claims to hold more than its bytes can")
+    if shown * sum(accessors) > 12 * MAX_FACES or len(meshes) > MAX_GROUPS:
+        raise MeshError(f"shows its meshes {shown} times; write each once")
+
+
+def parts_of(pieces: list[tuple[np.ndarray, np.ndarray]], scale: float) -> list[Part]:
+    """The connected surfaces of a mesh, in metres.
+
+    Raises:
+        MeshError: more of them than are taken, or one is flat.
+    """
+    found: list[Part] = []
+    for vertices, faces in pieces:
+        for v, f in _connected(*_merged(vertices * scale, faces)):
+            if len(found) >= MAX_PARTS:
+                raise MeshError(f"has more than {MAX_PARTS} separate parts; join or drop some")
+            try:
+                hull = float(ConvexHull(v).volume)
+            except (QhullError, ValueError) as error:
+                raise MeshError("has a part that is flat; remove it or give it a thickness") from (
+                    error
+                )
+            mesh = trimesh.Trimesh(v, f, process=False)
+            closed = mesh.is_watertight and mesh.is_winding_consistent
+            found.append(Part(v, f, float(mesh.volume) if closed else np.nan, hull))
+    if not found:
+        raise MeshError("holds no triangle with an area")
+    return found
+
+
+def _merged(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices at the same place become one; triangles with two corners at one place go."""
+    place, index = np.unique(vertices[faces.reshape(-1)], axis=0, return_inverse=True)
+    joined = index.reshape(-1, 3)
+    a, b, c = joined.T
+    return place, joined[(a != b) & (b != c) & (c != a)]
+
+
+def _connected(vertices: np.ndarray, faces: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """The surfaces that share no vertex, each with its own vertices, in the order of the file."""
+    if not len(faces):
+        return []
+    ends = np.concatenate((faces[:, :2], faces[:, 1:]))
+    links = coo_matrix((np.ones(len(ends)), ends.T), shape=(len(vertices),) * 2)
+    _, label = connected_components(links, directed=False)
+    of_face = label[faces[:, 0]]
+    order = list(dict.fromkeys(of_face.tolist()))
+    if len(order) > MAX_PARTS:
+        raise MeshError(
+            f"falls into {len(order)} separate parts; at most {MAX_PARTS} are taken (where "
+            "neighbouring triangles share no vertex, it is not closed)"
+        )
+    found = []
+    for part in order:
+        used, index = np.unique(faces[of_face == part], return_inverse=True)
+        found.append((vertices[used], index.reshape(-1, 3)))
+    return found
+
+
+def check_solid(parts: list[Part], hull: bool) -> None:
+    """Raise MeshError unless every part is closed, outward and (or ``hull``) convex."""
+    count = len(parts)
+    for number, part in enumerate(parts, 1):
+        which = "" if count == 1 else f" (part {number} of {count})"
+        if np.isnan(part.volume):
+            raise MeshError(
+                f"is not watertight{which}: it has a hole, or triangles that are turned or meet "
+                "three at an edge; mend it in a mesh editor"
+            )
+        if part.volume <= 0.0:
+            raise MeshError(
+                f"is inside out{which}: its volume is {part.volume:.3g} m³; flip the triangles, "
+                "or leave the surface of an inner cavity out"
+            )
+    ratios = [part.hull_volume / part.volume for part in parts]
+    worst = int(np.argmax(ratios))
+    if ratios[worst] > HULL_RATIO and not hull:
+        which = "" if count == 1 else f" (part {worst + 1} of {count})"
+        raise MeshError(
+            f"is not convex{which}: its hull has {ratios[worst]:.3g} times its volume, and MuJoCo "
+            "collides the hull; divide it into closed convex parts in the same file, or accept "
+            "the hull with hull = true"
+        )
+
+
+def hull_ratio(parts: list[Part]) -> float:
+    """Volume of the parts' hulls over the volume of the parts."""
+    return sum(p.hull_volume for p in parts) / sum(p.volume for p in parts)
