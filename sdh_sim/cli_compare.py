@@ -13,7 +13,8 @@ from sdh_sim import compare as statistics
 from sdh_sim import trial_tables
 from sdh_sim.atomic import write_atomic
 from sdh_sim.cli_console import output, plain_table
-from sdh_sim.compare import ALL_METRICS, METRICS, NAMES, Comparison, Rate
+from sdh_sim.columns import is_metric
+from sdh_sim.compare import ALL_METRICS, METRICS, Comparison, Rate, name_of
 from sdh_sim.run_folder import RunError, RunFolder
 from sdh_sim.study import EVERY, Study, read_study
 
@@ -122,7 +123,7 @@ def comparison_table(results: Sequence[Comparison]) -> Table:
             result.group if first else "",
             str(result.n) if first else "",
             success if first else "",
-            NAMES[result.metric],
+            name_of(result.metric),
             *(
                 _percent(rate) if result.has_boundary else DASH
                 for rate in (
@@ -144,7 +145,7 @@ def metric_table(study: Study) -> Table:
     for metric in study.metrics:
         finding = study.findings[study.main, metric]
         curve, best = finding.precision_recall, finding.best
-        cells = [NAMES[metric], DASH, DASH, DASH]
+        cells = [name_of(metric), DASH, DASH, DASH]
         if curve is not None:
             low, high = curve.area_interval
             cells[1] = f"{curve.area:.2f} ({low:.2f}–{high:.2f})"
@@ -185,7 +186,17 @@ def notes(results: Sequence[Comparison], runs: Sequence[Path]) -> list[str]:
     ]
     if any(r.auc is None for r in results):
         lines.append(f"{DASH}: undefined, all trials of the object ended the same way.")
-    if not all(r.has_boundary for r in results):
+    bounds = {name_of(r.metric): r for r in results if is_metric(r.metric)}
+    for name, r in bounds.items():
+        lines.append(
+            f"{name}: success is predicted above {r.threshold:g}."
+            if r.has_boundary
+            else f"{name} states no threshold above which success is predicted."
+        )
+        missing = max(r.missing for r in results if name_of(r.metric) == name)
+        if missing:
+            lines.append(f"{missing} trials without {name} are left out of its line.")
+    if not all(r.has_boundary or is_metric(r.metric) for r in results):
         lines.append("ε and V have units: for them no threshold of 1 means anything.")
     first = results[0]
     last = next(r for r in reversed(results) if r.metric == first.metric)

@@ -9,7 +9,8 @@ would flatter it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,7 @@ import pyarrow as pa
 
 from sdh_sim import records
 from sdh_sim.bootstrap import RESAMPLES, Ladder, interval, stratified_weights
+from sdh_sim.columns import METRIC, is_metric
 from sdh_sim.rate import Rate
 from sdh_sim.trial_tables import COMPARED, groups_of, unstable_of, without_surplus
 
@@ -39,6 +41,11 @@ NAMES = {
 THRESHOLD = 1.0
 
 
+def name_of(metric: str) -> str:
+    """What a metric is called in tables: a user's by the name that the user gave it."""
+    return NAMES.get(metric) or metric.removeprefix(METRIC)
+
+
 @dataclass(frozen=True)
 class Comparison:
     """One metric against the outcomes of one group of trials.
@@ -46,7 +53,7 @@ class Comparison:
     Attributes:
         group: object name, or ``overall``.
         metric: column of the metric.
-        threshold: success is predicted above it.
+        threshold: success is predicted above it; NaN where a user's metric states none.
         tp, fp, tn, fn: trials predicted to succeed that did, did not; to fail that did, did not.
         auc: area under the ROC curve, None where one class is empty.
         auc_interval: its 95 % bootstrap interval, or None.
@@ -98,10 +105,13 @@ class Comparison:
 
     @property
     def has_boundary(self) -> bool:
-        """Whether the threshold means something for the metric: only for q*, a number of weights.
+        """Whether the threshold means something for the metric.
 
-        ε and V have units; for them no value is a boundary between holding and not.
+        It does for q*, a number of weights, and for a user's metric that states one. ε and V have
+        units; for them no value is a boundary between holding and not.
         """
+        if is_metric(self.metric):
+            return not math.isnan(self.threshold)
         return self.metric.startswith("q_")
 
 
@@ -184,15 +194,29 @@ def compare_scores(
 
 
 def drops_missing(metric: str) -> bool:
-    """Whether trials without the metric are left out: V is not computed of many contacts."""
-    return metric.startswith("volume_")
+    """Whether trials without the metric are left out.
+
+    V is not computed of many contacts; a user's metric may have failed.
+    """
+    return metric.startswith("volume_") or is_metric(metric)
 
 
-def compare_table(table: pa.Table, metrics: Sequence[str] = METRICS) -> list[Comparison]:
+def compare_table(
+    table: pa.Table,
+    metrics: Sequence[str] = METRICS,
+    thresholds: Mapping[str, float] | None = None,
+) -> list[Comparison]:
     """Every group of a table of trials (see ``groups_of``), every metric within it.
 
     Trials beyond their share of a preset are left out.
+
+    Args:
+        table: of trials.
+        metrics: columns.
+        thresholds: of users' metrics that state one, by column.
     """
+    above = dict.fromkeys(metrics, THRESHOLD)
+    above |= {m: (thresholds or {}).get(m, math.nan) for m in metrics if is_metric(m)}
     table = without_surplus(table)
     success = np.array(table.column("success").to_pylist(), dtype=bool)
     unstable = unstable_of(table)
@@ -203,6 +227,7 @@ def compare_table(table: pa.Table, metrics: Sequence[str] = METRICS) -> list[Com
             success[members & ~unstable],
             group=group,
             metric=metric,
+            threshold=above[metric],
             unstable=int(np.sum(members & unstable)),
             drop_missing=drops_missing(metric),
         )

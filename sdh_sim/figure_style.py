@@ -7,6 +7,7 @@ every figure; the outcome is told by the fill: full for what held, hollow for wh
 from __future__ import annotations
 
 import io
+import zlib
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sdh_sim.atomic import write_atomic
+from sdh_sim.columns import METRIC
 
 COLOURS = {
     "q_linf": "#0072B2",
@@ -38,6 +40,8 @@ TEXTS = {
     "volume_linf": r"$V_{L_\infty}$",
     "volume_l1": r"$V_{L_1}$",
 }
+# Of users' metrics: Tol's, which stay apart from the ones above.
+_OTHERS = ("#882255", "#117733", "#332288", "#44AA99", "#999933", "#661100")
 GREY = "#666666"
 WIDTH = 7.2  # [inch] of a figure over the whole text
 
@@ -65,6 +69,16 @@ _STYLE = {
     "svg.hashsalt": "sdh-sim",
     "axes.unicode_minus": True,
 }
+
+
+def colour_of(metric: str) -> str:
+    """Colour of a metric, a user's included."""
+    return COLOURS.get(metric) or _OTHERS[zlib.crc32(metric.encode()) % len(_OTHERS)]
+
+
+def text_of(metric: str) -> str:
+    """What a metric is called in a figure."""
+    return TEXTS.get(metric) or metric.removeprefix(METRIC).replace("_", " ")
 
 
 def style() -> AbstractContextManager[None]:

@@ -36,7 +36,7 @@ def boxes(study: Study) -> Figure:
     figure, axes = fs.panels(columns, 2.9 * rows, rows, sharey=True)
     objects = _objects(study)
     for position, (ax, metric) in enumerate(zip(axes, metrics, strict=False)):
-        colour = fs.COLOURS[metric]
+        colour = fs.colour_of(metric)
         for outcome, shift in ((True, -0.19), (False, 0.19)):
             samples = []
             for name in objects:
@@ -60,7 +60,7 @@ def boxes(study: Study) -> Figure:
         ax.axhline(THRESHOLD, color=fs.GREY, linewidth=0.9, linestyle=(0, (4, 3)), zorder=0)
         ax.set_xticks(range(len(objects)), [fs.object_text(name) for name in objects])
         ax.tick_params(axis="x", length=0)
-        fs.letter(ax, position, fs.TEXTS[metric])
+        fs.letter(ax, position, fs.text_of(metric))
     axes[0].set_ylim(bottom=-0.1)  # shared; the upper end is known once all are drawn
     for ax in axes[len(metrics) :]:
         ax.set_visible(False)
@@ -90,7 +90,7 @@ def rates(study: Study, reference: Reference | None = None) -> Figure:
     figure, axes = fs.panels(len(metrics), 3.1, sharey=True)
     known = reference or {}
     for position, (ax, metric) in enumerate(zip(axes, metrics, strict=True)):
-        colour = fs.COLOURS[metric]
+        colour = fs.colour_of(metric)
         for k, (name, share) in enumerate(RATES):
             for x, group in enumerate(study.groups):
                 _bar(ax, x + 0.26 * (k - 1), _rate(study, group, metric, name), colour, share)
@@ -104,7 +104,7 @@ def rates(study: Study, reference: Reference | None = None) -> Figure:
         ax.tick_params(axis="x", length=0)
         ax.set_ylim(0, 1.03)
         ax.grid(axis="y")
-        fs.letter(ax, position, f"{fs.TEXTS[metric]} $>$ {THRESHOLD:g} predicts success")
+        fs.letter(ax, position, f"{fs.text_of(metric)} $>$ {THRESHOLD:g} predicts success")
     axes[0].set_ylabel("share of the trials")
     handles: list[Patch | Line2D] = [
         Patch(facecolor=fs.light("#444444", share), edgecolor="#444444", label=_RATE_TEXTS[name])
@@ -145,13 +145,13 @@ def roc(study: Study, reference: Reference | None = None) -> Figure:
         if curve is None:
             continue
         low, high = curve.area_interval
-        text = f"{fs.TEXTS[metric]}   AUC {curve.area:.2f} ({low:.2f}–{high:.2f})"
+        text = f"{fs.text_of(metric)}   AUC {curve.area:.2f} ({low:.2f}–{high:.2f})"
         published = (reference or {}).get((study.main, metric), {}).get("auc")
         if published is not None:
             text += f", published {published:.2f}"
-        ax.plot(curve.x, curve.y, color=fs.COLOURS[metric], label=text)
+        ax.plot(curve.x, curve.y, color=fs.colour_of(metric), label=text)
         if metric in METRICS:
-            ax.fill_between(GRID, curve.low, curve.high, color=fs.COLOURS[metric], alpha=0.13,
+            ax.fill_between(GRID, curve.low, curve.high, color=fs.colour_of(metric), alpha=0.13,
                             linewidth=0)  # fmt: skip
         c = finding.comparison
         _dot(ax, metric, c.false_positive_rate.value, c.true_positive_rate.value)
@@ -171,10 +171,10 @@ def precision_recall(study: Study) -> Figure:
         if curve is None:
             continue
         low, high = curve.area_interval
-        text = f"{fs.TEXTS[metric]}   AP {curve.area:.2f} ({low:.2f}–{high:.2f})"
-        ax.step(curve.x, curve.y, where="pre", color=fs.COLOURS[metric], label=text)
+        text = f"{fs.text_of(metric)}   AP {curve.area:.2f} ({low:.2f}–{high:.2f})"
+        ax.step(curve.x, curve.y, where="pre", color=fs.colour_of(metric), label=text)
         if metric in METRICS:
-            ax.fill_between(GRID, curve.low, curve.high, color=fs.COLOURS[metric], alpha=0.13,
+            ax.fill_between(GRID, curve.low, curve.high, color=fs.colour_of(metric), alpha=0.13,
                             linewidth=0)  # fmt: skip
         c = finding.comparison
         _dot(ax, metric, c.true_positive_rate.value, Rate(c.tp, c.tp + c.fp).value)
@@ -191,4 +191,4 @@ def precision_recall(study: Study) -> Figure:
 def _dot(ax: Axes, metric: str, x: float | None, y: float | None) -> None:
     """The threshold 1, where it means something and both rates are defined."""
     if metric.startswith("q_") and x is not None and y is not None:
-        ax.plot(x, y, marker="o", color=fs.COLOURS[metric], markeredgecolor="white", markersize=7)
+        ax.plot(x, y, marker="o", color=fs.colour_of(metric), markeredgecolor="white", markersize=7)

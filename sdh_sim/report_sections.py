@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from sdh_sim import report_html as html
-from sdh_sim.compare import METRICS, NAMES, THRESHOLD
+from sdh_sim.compare import METRICS, name_of
 from sdh_sim.report_html import Cell
 from sdh_sim.study import EVERY, SEEN, Study
 
@@ -28,7 +28,7 @@ def key_lines(study: Study) -> list[str]:
         c, best = finding.comparison, finding.best
         if not c.has_boundary:
             continue
-        text = f"{NAMES[metric]} > {THRESHOLD:g}: {_pct(c.accuracy.value)} predicted rightly"
+        text = f"{name_of(metric)} > {c.threshold:g}: {_pct(c.accuracy.value)} predicted rightly"
         if c.auc is not None:
             text += (
                 f", {_pct(c.true_positive_rate.value)} of the successes found, "
@@ -63,7 +63,7 @@ def rate_table(study: Study) -> str:
             rows.append(
                 [
                     html.name(group) if k == 0 else "",
-                    NAMES[metric],
+                    name_of(metric),
                     *(str(count) for count in (c.tp, c.fn, c.tn, c.fp)),
                     html.percent(c.accuracy),
                     html.percent(c.true_positive_rate),
@@ -148,7 +148,7 @@ def metric_table(study: Study) -> str:
             rows.append(
                 [
                     html.name(group) if k == 0 else "",
-                    NAMES[metric],
+                    name_of(metric),
                     str(c.n),
                     html.number(c.auc, c.auc_interval),
                     html.number(curve.area, curve.area_interval) if curve else html.DASH,
@@ -184,7 +184,7 @@ def calibration_table(study: Study) -> str:
             if round(float(target), 4) in _SHOWN_TARGETS:
                 rows.append(
                     [
-                        NAMES[metric] if rules[-1] == len(rows) else "",
+                        name_of(metric) if rules[-1] == len(rows) else "",
                         f"{100 * target:.0f} %",
                         _threshold(c.threshold[k], c.threshold_low[k], c.threshold_high[k]),
                         html.percent(c.achieved[k]),
@@ -214,18 +214,18 @@ def load_lines(study: Study) -> list[str]:
         low, high = (math.exp(v) for v in a.median_interval)
         side = "over" if a.median > 0 else "under"
         lines.append(
-            f"{NAMES[metric]} {side}estimates: median of q*/q_sim {math.exp(a.median):.2f} "
+            f"{name_of(metric)} {side}estimates: median of q*/q_sim {math.exp(a.median):.2f} "
             f"({low:.2f} to {high:.2f}), spread a factor {math.exp(a.spread):.2f} either way."
         )
     bounded = {m: abs(a.median) for m, a in known.items() if a.median is not None}
     if bounded:
         nearest = min(bounded, key=lambda m: bounded[m])
-        lines.append(f"By its median, {NAMES[nearest]} is nearest to what the grasps hold.")
+        lines.append(f"By its median, {name_of(nearest)} is nearest to what the grasps hold.")
     any_one = known[metrics[0]]
     lines.append(
         f"The ratio is defined for {any_one.ratios} of {any_one.n} trials: {any_one.dropped} "
-        f"grasps held no load at all though {NAMES[metrics[0]]} > 0, {any_one.zero} held some "
-        f"though {NAMES[metrics[0]]} = 0, {any_one.capped} held the largest load tried."
+        f"grasps held no load at all though {name_of(metrics[0])} > 0, {any_one.zero} held some "
+        f"though {name_of(metrics[0])} = 0, {any_one.capped} held the largest load tried."
     )
     return lines
 
@@ -244,7 +244,7 @@ def load_table(study: Study) -> str:
                 rows.append(
                     [
                         label if k == 0 else "",
-                        NAMES[metric],
+                        name_of(metric),
                         str(a.n),
                         html.number(a.spearman, a.spearman_interval),
                         str(a.ratios),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -111,17 +111,24 @@ def read_study(
 ) -> Study:
     """The study of tables of trials; metrics that a table lacks are left out.
 
+    Users' metrics that all tables have come last.
+
     Raises:
         RecordError: a file is no table of trials.
     """
-    extra = trial_tables.columns_of(paths, (*metrics, *LOAD, "unsensed_contact"))
+    own = trial_tables.user_metrics(paths)
+    extra = trial_tables.columns_of(paths, (*metrics, *own, *LOAD, "unsensed_contact"))
     table = trial_tables.read_trials(paths, extra)
-    wanted = tuple(m for m in metrics if m in table.column_names)
-    return study_of(table, wanted, resamples)
+    wanted = tuple(m for m in (*metrics, *own) if m in table.column_names)
+    thresholds = {name: value for name, value in own.items() if value is not None}
+    return study_of(table, wanted, resamples, thresholds)
 
 
 def study_of(
-    table: pa.Table, metrics: Sequence[str] = METRICS, resamples: int = RESAMPLES
+    table: pa.Table,
+    metrics: Sequence[str] = METRICS,
+    resamples: int = RESAMPLES,
+    thresholds: Mapping[str, float] | None = None,
 ) -> Study:
     """The study of one table that has the columns ``read_trials`` asks for.
 
@@ -131,7 +138,8 @@ def study_of(
     read = table.num_rows
     table = trial_tables.without_surplus(table)
     groups = trial_tables.groups_of(table)
-    comparisons = {(c.group, c.metric): c for c in compare.compare_table(table, metrics)}
+    compared = compare.compare_table(table, metrics, thresholds)
+    comparisons = {(c.group, c.metric): c for c in compared}
     usable = ~trial_tables.unstable_of(table)
     success = np.array(table.column("success").to_pylist(), dtype=bool)
     fold = np.full(len(success), -1)

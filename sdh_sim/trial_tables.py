@@ -10,6 +10,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from sdh_sim import records
+from sdh_sim.columns import added_in, is_metric
 from sdh_sim.preset import NO_TRUTH
 
 COMPARED = ("q_linf", "q_l1")  # metrics that every comparison needs
@@ -20,6 +21,24 @@ def columns_of(paths: Sequence[Path], wanted: Sequence[str]) -> tuple[str, ...]:
     """Those of the wanted columns that every one of the tables has."""
     found = [_column_names(path) for path in paths]
     return tuple(name for name in wanted if all(name in names for names in found))
+
+
+def user_metrics(paths: Sequence[Path]) -> dict[str, float | None]:
+    """Columns of users' metrics that every one of the tables has, with the thresholds stated.
+
+    Where tables state different thresholds, none counts.
+    """
+    found: dict[str, set[float | None]] = {}
+    for number, path in enumerate(paths):
+        try:
+            schema = pq.read_schema(path)
+        except (pa.ArrowException, OSError):  # whoever reads the table says what is wrong with it
+            return {}
+        mine = {c.name: c.threshold for c in added_in(schema) if is_metric(c.name)}
+        if number == 0:
+            found = {name: set() for name in mine}
+        found = {name: found[name] | {mine[name]} for name in found if name in mine}
+    return {name: next(iter(t)) if len(t) == 1 else None for name, t in found.items()}
 
 
 def _column_names(path: Path) -> set[str]:
