@@ -6,11 +6,14 @@ convex parts in one file (what tools for convex decomposition write), or is refu
 
 from __future__ import annotations
 
+import contextlib
 import io
 import json
+import logging
 import re
 import struct
 import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,10 +23,10 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, QhullError
 
-MAX_FACES = 200_000
+MAX_FACES = 100_000
 MAX_PARTS = 64
 MAX_GROUPS = 1000  # that an OBJ file divides its faces into
-_GROUP = re.compile(rb"(?m)^[ \t]*(?:o|g|usemtl|s)\b")
+_GROUP = re.compile(rb"(?m)^[ \t]*(?:o|g|usemtl|s|endsolid)\b")
 HULL_RATIO = 1.05  # a hull of up to so many times the volume counts as the mesh itself
 
 
@@ -64,8 +67,7 @@ def read_mesh(data: bytes, ending: str) -> list[tuple[np.ndarray, np.ndarray]]:
     if kind == "obj":
         options |= {"split_objects": True, "skip_materials": True}
     try:
-        with warnings.catch_warnings(), np.errstate(all="ignore"):
-            warnings.simplefilter("ignore")
+        with _quiet():
             scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, **options)
             pieces = [_piece(g) for g in scene.dump() if isinstance(g, trimesh.Trimesh)]
     except MeshError:
@@ -74,12 +76,29 @@ def read_mesh(data: bytes, ending: str) -> list[tuple[np.ndarray, np.ndarray]]:
         reason = f"{type(error).__name__}: {error}".splitlines()[0][:120]
         raise MeshError(f"is not a mesh that can be read as {kind.upper()} ({reason})") from error
     pieces = [p for p in pieces if len(p[1])]
-    faces = sum(len(p[1]) for p in pieces)
     if not pieces:
         raise MeshError("holds no triangles")
-    if faces > MAX_FACES:
-        raise MeshError(f"has {faces} triangles; at most {MAX_FACES} are taken: simplify it")
+    _check_count(sum(len(p[1]) for p in pieces))
     return pieces
+
+
+def _check_count(faces: int) -> None:
+    if faces > MAX_FACES:
+        raise MeshError(f"has more than {MAX_FACES} triangles or what goes with them; simplify it")
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """The reader keeps what it thinks of a file to itself: one message goes to the user, ours."""
+    log = logging.getLogger("trimesh")
+    before = log.level
+    log.setLevel(logging.CRITICAL + 1)
+    try:
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        log.setLevel(before)
 
 
 def _piece(mesh: trimesh.Trimesh) -> tuple[np.ndarray, np.ndarray]:
@@ -107,8 +126,14 @@ def _check_claims(data: bytes, kind: str) -> None:
             for number in re.findall(rb"-?\d{1,40}", word):
                 if abs(int(number)) > len(data) and (kind == "off" or b"element" in word):
                     raise MeshError("claims to hold more than its bytes can")
-    elif kind == "obj" and len(_GROUP.findall(data)) > MAX_GROUPS:
-        raise MeshError(f"divides its faces into more than {MAX_GROUPS} groups; join them")
+                if b"element" in word or kind == "off":
+                    _check_count(int(number) // 3)  # vertices too: three for each face at most
+    elif kind in ("obj", "stl"):
+        if len(_GROUP.findall(data)) > MAX_GROUPS:
+            raise MeshError(f"divides its faces into more than {MAX_GROUPS} groups; join them")
+        if kind == "obj":  # text is slow to read: what is too much is counted first
+            _check_count(data.count(b"\nf"))
+            _check_count(data.count(b"\nv") // 9)  # with normals and texture coordinates
 
 
 def _check_gltf(data: bytes, kind: str) -> None:

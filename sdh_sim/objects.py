@@ -95,7 +95,7 @@ def object_spec(name: str, folder: ObjectFolder | None = None) -> mujoco.MjSpec:
         SettingsError: no such object, or the folder is not what it was.
     """
     if folder is not None:
-        return unchanged(name, folder).spec
+        return _loaded(name, folder).spec.copy()
     if name not in object_names():
         raise unknown_object(name)
     return mujoco.MjSpec.from_file(str(models_dir() / "objects" / name / f"{name}.xml"))
@@ -167,6 +167,10 @@ def unchanged(name: str, folder: ObjectFolder) -> UserObject:
     return thing
 
 
+# A large mesh takes seconds to check, and what is kept here is what its SHA-256 says.
+_loaded = lru_cache(maxsize=8)(unchanged)
+
+
 @lru_cache(maxsize=64)
 def object_info(name: str, folder: ObjectFolder | None = None) -> ObjectInfo:
     """Numbers of an object, from its compiled model; arguments and errors as ``object_spec``."""
@@ -174,7 +178,7 @@ def object_info(name: str, folder: ObjectFolder | None = None) -> ObjectInfo:
     if folder is None:
         model = object_spec(name).compile()
     else:
-        thing = unchanged(name, folder)
+        thing = _loaded(name, folder)
         model, spread = thing.spec.compile(), thing.spread
     body = model.body("object").id
     vertices = collision_vertices(model)

@@ -80,6 +80,7 @@ def read_folder(path: str | Path) -> UserObject:
             spec, parts = _from_mesh(folder, facts, file)
         solids = _dress(spec, facts)
         _place(folder, spec, facts, file)
+        spec.compile()  # what cannot be, is to say so here
     except (MeshError, MjcfError) as error:
         raise folder.fault(f"{file} {error}") from error
     except (ValueError, TypeError, mujoco.FatalError, mujoco.UnexpectedError) as error:
