@@ -1,10 +1,104 @@
-"""Tactile grasp-and-lift trials of the Schunk SDH-2 hand in MuJoCo."""
+"""Tactile grasp-and-lift trials of the Schunk SDH-2 hand in MuJoCo.
+
+The names below are the library: each is imported from its module when it is first used, so that
+``import sdh_sim`` brings neither MuJoCo nor a table.
+"""
 
 import ctypes
+import importlib
 import os
 import sys
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sdh_sim.campaign import CampaignError, RunResult, run_campaign
+    from sdh_sim.hand import HandKinematics
+    from sdh_sim.metrics import METRICS, evaluate
+    from sdh_sim.model_files import models_dir
+    from sdh_sim.objects import ObjectInfo, object_info, object_names
+    from sdh_sim.perception import PadContact, PerceivedGrasp, perceive
+    from sdh_sim.prediction import Prediction, predict
+    from sdh_sim.recording import write_recording
+    from sdh_sim.records import COLUMNS, RecordError, read_rows, read_table, stack
+    from sdh_sim.render import render_trial
+    from sdh_sim.run_folder import RunError, RunFolder
+    from sdh_sim.run_plan import RunPlan
+    from sdh_sim.settings import SettingsError, TrialSettings
+    from sdh_sim.stored import grasp_of, object_of, snapshot_of
+    from sdh_sim.tactile import TactileSnapshot
+    from sdh_sim.trial import TrialResult, run_trial
 
 __version__ = "0.1.0"
+
+__all__ = [
+    "COLUMNS",
+    "METRICS",
+    "CampaignError",
+    "HandKinematics",
+    "ObjectInfo",
+    "PadContact",
+    "PerceivedGrasp",
+    "Prediction",
+    "RecordError",
+    "RunError",
+    "RunFolder",
+    "RunPlan",
+    "RunResult",
+    "SettingsError",
+    "TactileSnapshot",
+    "TrialResult",
+    "TrialSettings",
+    "evaluate",
+    "grasp_of",
+    "models_dir",
+    "object_info",
+    "object_names",
+    "object_of",
+    "perceive",
+    "predict",
+    "read_rows",
+    "read_table",
+    "render_trial",
+    "run_campaign",
+    "run_trial",
+    "snapshot_of",
+    "stack",
+    "write_recording",
+]
+
+_MODULES = {
+    "campaign": ("CampaignError", "RunResult", "run_campaign"),
+    "hand": ("HandKinematics",),
+    "metrics": ("METRICS", "evaluate"),
+    "model_files": ("models_dir",),
+    "objects": ("ObjectInfo", "object_info", "object_names"),
+    "perception": ("PadContact", "PerceivedGrasp", "perceive"),
+    "prediction": ("Prediction", "predict"),
+    "recording": ("write_recording",),
+    "records": ("COLUMNS", "RecordError", "read_rows", "read_table", "stack"),
+    "render": ("render_trial",),
+    "run_folder": ("RunError", "RunFolder"),
+    "run_plan": ("RunPlan",),
+    "settings": ("SettingsError", "TrialSettings"),
+    "stored": ("grasp_of", "object_of", "snapshot_of"),
+    "tactile": ("TactileSnapshot",),
+    "trial": ("TrialResult", "run_trial"),
+}
+_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name from its module."""
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module 'sdh_sim' has no attribute {name!r}")
+    value = getattr(importlib.import_module(f"sdh_sim.{_MODULE_OF[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """What the module holds and what it can import."""
+    return sorted({*globals(), *__all__})
 
 
 def _choose_headless_gl() -> None:
