@@ -223,9 +223,8 @@ def _connected(vertices: np.ndarray, faces: np.ndarray) -> list[tuple[np.ndarray
 
 def check_solid(parts: list[Part], hull: bool) -> None:
     """Raise MeshError unless every part is closed, outward and (or ``hull``) convex."""
-    count = len(parts)
     for number, part in enumerate(parts, 1):
-        which = "" if count == 1 else f" (part {number} of {count})"
+        which = _which(parts, number - 1)
         if np.isnan(part.volume):
             raise MeshError(
                 f"is not watertight{which}: it has a hole, or triangles that are turned or meet "
@@ -239,12 +238,19 @@ def check_solid(parts: list[Part], hull: bool) -> None:
     ratios = [part.hull_volume / part.volume for part in parts]
     worst = int(np.argmax(ratios))
     if ratios[worst] > HULL_RATIO and not hull:
-        which = "" if count == 1 else f" (part {worst + 1} of {count})"
         raise MeshError(
-            f"is not convex{which}: its hull has {ratios[worst]:.3g} times its volume, and MuJoCo "
+            f"is not convex{_which(parts, worst)}: its hull has {ratios[worst]:.3g} times its volume, and MuJoCo "
             "collides the hull; divide it into closed convex parts in the same file, or accept "
             "the hull with hull = true"
         )
+
+
+def _which(parts: list[Part], number: int) -> str:
+    """Names a part by its place, since files order and name parts as they like."""
+    if len(parts) == 1:
+        return ""
+    centre = ", ".join(f"{v:.4g}" for v in parts[number].vertices.mean(axis=0))
+    return f" (the one of {len(parts)} parts around {centre} m)"
 
 
 def hull_ratio(parts: list[Part]) -> float:
