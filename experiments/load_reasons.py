@@ -22,6 +22,7 @@ _BOUNDS = {
     "q_l1": ("q", "l1", "hf"),
     "q_capability": ("capability", "", ""),
     "q_held": ("held", "", ""),
+    "q_whole_hand": ("whole", "", ""),
 }
 Row = dict[str, Any]
 

@@ -19,6 +19,7 @@ from sdh_sim.stored import grasp_of
 
 PADS = ("distal", "all")
 BOUNDS = ("linf", "l1")
+HAND_KINDS = ("capability", "held", "whole")
 AUGMENTATIONS = ("none", "fl", "hf", "sf")
 # The space of five contacts takes ten seconds, that of four one.
 MOST_VOLUME_CONTACTS = 4
@@ -31,7 +32,8 @@ class Variant:
     """A metric and what it assumes.
 
     Attributes:
-        kind: ``q``, ``epsilon``, ``volume``, ``capability`` or ``held``.
+        kind: ``q``, ``epsilon``, ``volume``, ``capability``, ``held`` or ``whole``: capability of
+            all that touches.
         bound: ``linf`` or ``l1``; empty for the hand's own bounds.
         edges: of the friction cone; None is the exact ellipsoid.
         augment: ``none``, ``fl``, ``hf`` or ``sf``; empty for the hand's own bounds.
@@ -60,7 +62,7 @@ class Variant:
         """The metric, without what it assumes."""
         bound = {"linf": " L∞", "l1": " L1", "": ""}[self.bound]
         sign = {"epsilon": "ε", "volume": "V"}.get(self.kind, "q*")
-        return f"{sign}{bound or ' ' + self.kind}"
+        return f"{sign}{bound or ' ' + self.kind + (' hand' if self.kind == 'whole' else '')}"
 
     @property
     def assumes(self) -> str:
@@ -72,7 +74,7 @@ class Variant:
     @property
     def has_boundary(self) -> bool:
         """Whether 1 is a natural decision boundary."""
-        return self.kind in ("q", "capability", "held")
+        return self.kind in ("q", *HAND_KINDS)
 
 
 def grid(full: bool = False) -> list[Variant]:
@@ -98,7 +100,7 @@ def grid(full: bool = False) -> list[Variant]:
                 *(replace(paper, augment=augment) for augment in ("none", "fl", "sf")),
                 replace(paper, unloading=False),
             ]
-    found += [Variant(kind, edges=edges) for kind in ("capability", "held") for edges in (12, None)]
+    found += [Variant(kind, edges=edges) for kind in HAND_KINDS for edges in (12, None)]
     for bound in BOUNDS:
         paper = Variant("epsilon", bound, 12, "hf")
         centre = replace(paper, augment="none")
@@ -111,11 +113,12 @@ def grid(full: bool = False) -> list[Variant]:
 
 def evaluate(variant: Variant, grasp: PerceivedGrasp) -> float:
     """Value of a variant; NaN where it cannot be computed, 0 for a grasp without contacts."""
-    if not grasp.contacts:
+    whole = variant.kind == "whole"
+    if not grasp.contacts and not (whole and grasp.others):
         return 0.0
     try:
-        if variant.kind in ("capability", "held"):
-            hand = hand_bound(grasp, held=variant.kind == "held")
+        if variant.kind in HAND_KINDS:
+            hand = hand_bound(grasp, variant.kind == "held", whole)
             return float(gq.hand_task_scaling(hand, grasp.task, edges=variant.edges).value)
         if variant.kind == "volume" and len(grasp.contacts) > MOST_VOLUME_CONTACTS:
             return math.nan

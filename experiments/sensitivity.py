@@ -25,14 +25,9 @@ import graspq as gq
 from experiments.parallel import run_all
 from sdh_sim.compare import auc
 from sdh_sim.hand import MOTOR_NAMES, HandKinematics
+from sdh_sim.object_shape import rotation_of
 from sdh_sim.objects import ObjectInfo
-from sdh_sim.perception import (
-    GRAVITY,
-    TASK_RADIUS,
-    TASK_SAMPLES,
-    pad_contacts,
-    rotation_matrix,
-)
+from sdh_sim.perception import GRAVITY, TASK_RADIUS, TASK_SAMPLES, pad_contacts
 from sdh_sim.records import RecordError
 from sdh_sim.stored import object_of, read_stored, snapshot_of
 from sdh_sim.tactile import TactileSnapshot
@@ -147,8 +142,8 @@ def scores(setting: Setting, grasps: Sequence[Grasp | None], pads: str, seed: in
 
 def _task(snapshot: TactileSnapshot, thing: ObjectInfo, radius: float) -> np.ndarray:
     down = np.array([0.0, 0.0, -GRAVITY])
-    hand = rotation_matrix(snapshot.hand_pose_world[3:])
-    local = rotation_matrix(snapshot.object_pose_hand[3:]).T @ hand.T @ down
+    hand = rotation_of(snapshot.hand_pose_world[3:])
+    local = rotation_of(snapshot.object_pose_hand[3:]).T @ hand.T @ down
     return gq.gravity_tasks(thing.mass_kg, np.zeros(3), local, radius, TASK_SAMPLES)
 
 

@@ -40,6 +40,7 @@ _COLUMNS = {
     "q_l1": ("q", "l1", "hf"),
     "q_capability": ("capability", "", ""),
     "q_held": ("held", "", ""),
+    "q_whole_hand": ("whole", "", ""),
 }
 
 

@@ -25,7 +25,7 @@ from sdh_sim.trial_tables import COMPARED, groups_of, unstable_of, without_surpl
 METRICS = COMPARED
 ALL_METRICS = (
     *METRICS,
-    *("q_capability", "q_held"),
+    *("q_capability", "q_held", "q_whole_hand"),
     *("epsilon_linf", "epsilon_l1", "volume_linf", "volume_l1"),
 )
 NAMES = {
@@ -33,6 +33,7 @@ NAMES = {
     "q_l1": "q* L1",
     "q_capability": "q* capability",
     "q_held": "q* held",
+    "q_whole_hand": "q* whole hand",
     "epsilon_linf": "ε L∞",
     "epsilon_l1": "ε L1",
     "volume_linf": "V L∞",

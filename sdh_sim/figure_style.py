@@ -25,6 +25,7 @@ COLOURS = {
     "q_l1": "#D55E00",
     "q_capability": "#009E73",
     "q_held": "#AA4499",
+    "q_whole_hand": "#332288",
     "epsilon_linf": "#56B4E9",
     "epsilon_l1": "#E69F00",
     "volume_linf": "#555555",
@@ -35,13 +36,14 @@ TEXTS = {
     "q_l1": r"$q^*_{L_1}$",
     "q_capability": r"$q^*_{\mathrm{capability}}$",
     "q_held": r"$q^*_{\mathrm{held}}$",
+    "q_whole_hand": r"$q^*_{\mathrm{whole\ hand}}$",
     "epsilon_linf": r"$\varepsilon_{L_\infty}$",
     "epsilon_l1": r"$\varepsilon_{L_1}$",
     "volume_linf": r"$V_{L_\infty}$",
     "volume_l1": r"$V_{L_1}$",
 }
 # Of users' metrics: Tol's, which stay apart from the ones above.
-_OTHERS = ("#882255", "#117733", "#332288", "#44AA99", "#999933", "#661100")
+_OTHERS = ("#882255", "#117733", "#44AA99", "#999933", "#661100")
 GREY = "#666666"
 WIDTH = 7.2  # [inch] of a figure over the whole text
 

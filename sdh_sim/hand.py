@@ -96,9 +96,13 @@ class HandKinematics:
 
     def pose(self, angles: np.ndarray) -> None:
         """Take motor angles (7,) [rad]; the other methods speak of this posture."""
-        self._data.qpos[:] = self._selection @ angles
+        self._data.qpos[:] = self.joint_positions(angles)
         mujoco.mj_kinematics(self.model, self._data)
         mujoco.mj_comPos(self.model, self._data)
+
+    def joint_positions(self, angles: np.ndarray) -> np.ndarray:
+        """Positions of all joints, the coupled one too, in the MJCF's order (8,) [rad]."""
+        return self._selection @ angles
 
     def link(self, body: str) -> tuple[np.ndarray, np.ndarray]:
         """Position (3,) [m] and rotation (3, 3) of a body's frame in the palm frame."""

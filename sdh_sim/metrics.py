@@ -19,6 +19,8 @@ HELD_SLACK = 0.05  # a motor within 5 % of its limit counts as at its limit
 # trial of a long run.
 MAX_VOLUME_CONTACTS = 3
 
+WHOLE = "q_whole_hand"
+
 Metric = Callable[[PerceivedGrasp], float]
 
 
@@ -34,19 +36,26 @@ def task_scaling(grasp: PerceivedGrasp, bound: str) -> gq.TaskScaling:
     return gq.task_scaling(wrench_sets(grasp), grasp.task, bound=bound)
 
 
-def hand_bound(grasp: PerceivedGrasp, held: bool) -> gq.HandBound:
-    """The contacts behind their shared motors; ``held`` keeps saturated motors at their torque."""
+def hand_bound(grasp: PerceivedGrasp, held: bool, whole: bool = False) -> gq.HandBound:
+    """The contacts behind their shared motors.
+
+    Args:
+        grasp: the grasp, with at least one contact.
+        held: saturated motors keep their torque.
+        whole: with everything that touches, not the chosen pads alone.
+    """
+    contacts = (*grasp.contacts, *grasp.others) if whole else grasp.contacts
     return gq.HandBound(
-        [p.contact for p in grasp.contacts],
-        [p.jacobian for p in grasp.contacts],
+        [p.contact for p in contacts],
+        [p.jacobian for p in contacts],
         grasp.torque_limits,
         motor_torque=grasp.snapshot.motor_torques if held else None,
         slack=HELD_SLACK,
     )
 
 
-def _hand_scaling(grasp: PerceivedGrasp, held: bool) -> float:
-    return gq.hand_task_scaling(hand_bound(grasp, held), grasp.task, edges=EDGES).value
+def _hand_scaling(grasp: PerceivedGrasp, held: bool = False, whole: bool = False) -> float:
+    return gq.hand_task_scaling(hand_bound(grasp, held, whole), grasp.task, edges=EDGES).value
 
 
 def _volume(grasp: PerceivedGrasp, bound: str) -> float:
@@ -58,22 +67,23 @@ def _volume(grasp: PerceivedGrasp, bound: str) -> float:
 METRICS: dict[str, Metric] = {
     "q_linf": lambda grasp: task_scaling(grasp, "linf").value,
     "q_l1": lambda grasp: task_scaling(grasp, "l1").value,
-    "q_capability": lambda grasp: _hand_scaling(grasp, held=False),
+    "q_capability": _hand_scaling,
     "q_held": lambda grasp: _hand_scaling(grasp, held=True),
+    WHOLE: lambda grasp: _hand_scaling(grasp, whole=True),
     "epsilon_linf": lambda grasp: gq.epsilon(wrench_sets(grasp), bound="linf"),
     "epsilon_l1": lambda grasp: gq.epsilon(wrench_sets(grasp), bound="l1"),
     "volume_linf": lambda grasp: _volume(grasp, "linf"),
     "volume_l1": lambda grasp: _volume(grasp, "l1"),
 }
-"""Metrics of every trial, by column name; each is 0 for a grasp without contacts."""
+"""Metrics of every trial, by column name; each is 0 without the contacts it looks at."""
 
 
 def evaluate(grasp: PerceivedGrasp, metrics: dict[str, Metric] = METRICS) -> dict[str, float]:
     """Values of metrics, by name; NaN where a metric cannot be computed for this grasp."""
-    if not grasp.contacts:
-        return dict.fromkeys(metrics, 0.0)
-    values = dict.fromkeys(metrics, math.nan)
+    values = dict.fromkeys(metrics, math.nan if grasp.contacts else 0.0)
     for name in _in_turn(metrics):
+        if not grasp.contacts and (name != WHOLE or not grasp.others):
+            continue
         with contextlib.suppress(gq.GraspError):  # a space too close to flat for its volume
             values[name] = float(metrics[name](grasp))
     return values

@@ -43,6 +43,7 @@ class ObjectInfo:
         half_narrow, half_wide: half of the narrower and the wider horizontal side [m].
         inertia_kgm2: inertia tensor at the centre of mass, object axes (3, 3) [kg m^2].
         spread: of the random grasps on it; None: what ``grasps`` has for its name, or the default.
+        folder: where a user's object comes from; None for a built-in one.
     """
 
     name: str
@@ -58,6 +59,7 @@ class ObjectInfo:
     half_wide: float
     inertia_kgm2: np.ndarray
     spread: Spread | None = None
+    folder: ObjectFolder | None = None
 
 
 @cache
@@ -199,6 +201,7 @@ def object_info(name: str, folder: ObjectFolder | None = None) -> ObjectInfo:
         half_wide=0.5 * float(np.ptp(world[:, :2], axis=0).max()),
         inertia_kgm2=_frozen(axes @ np.diag(model.body_inertia[body]) @ axes.T),
         spread=spread,
+        folder=folder,
     )
 
 

@@ -13,29 +13,16 @@ import numpy as np
 import graspq as gq
 from sdh_sim import sdh2_constants as c
 from sdh_sim.hand import HandKinematics, live_mask, taxel_centres, torque_limits
+from sdh_sim.object_shape import rotation_of
 from sdh_sim.objects import ObjectInfo
+from sdh_sim.pad_contact import PadContact
 from sdh_sim.settings import TrialSettings
 from sdh_sim.tactile import TactileSnapshot
+from sdh_sim.unsensed import unsensed_contacts
 
 TASK_RADIUS = 0.02 / 3  # [m]
 TASK_SAMPLES = 20
 GRAVITY = 9.81  # [m/s^2]
-
-
-@dataclass(frozen=True)
-class PadContact:
-    """One pad's contact as the hand perceives it.
-
-    Attributes:
-        pad: name, such as ``thumb_distal``.
-        contact: position, normal, g*, tau* and taxels, in the object frame at the centre of mass.
-        jacobian: motor speeds to the velocity of the contact point (first three rows [m/rad]) and
-            the angular velocity of its link (last three), object axes (6, 7).
-    """
-
-    pad: str
-    contact: gq.Contact
-    jacobian: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -48,6 +35,8 @@ class PerceivedGrasp:
         torque_limits: of the motors (7,) [N m].
         contacts: the pads in contact, object frame with its origin at the centre of mass.
         task: wrenches the hand must exert against gravity, same frame, (6, m) [N, N m].
+        others: what touches besides ``contacts``: pads left out, and parts without taxels where
+            geometry shows that they touch.
     """
 
     snapshot: TactileSnapshot
@@ -55,6 +44,7 @@ class PerceivedGrasp:
     torque_limits: np.ndarray
     contacts: tuple[PadContact, ...]
     task: np.ndarray
+    others: tuple[PadContact, ...] = ()
 
 
 def perceive(
@@ -65,12 +55,16 @@ def perceive(
     kinematics: HandKinematics,
 ) -> PerceivedGrasp:
     """Contacts and task of a snapshot; arguments as ``pad_contacts``."""
+    every = pad_contacts(snapshot, thing, torque_limit, "all", kinematics)
+    taken = [pads == "all" or contact.pad.endswith("distal") for contact in every]
+    left_out = tuple(contact for contact, kept in zip(every, taken, strict=True) if not kept)
     return PerceivedGrasp(
         snapshot=snapshot,
         thing=thing,
         torque_limits=torque_limits(torque_limit),
-        contacts=pad_contacts(snapshot, thing, torque_limit, pads, kinematics),
+        contacts=tuple(contact for contact, kept in zip(every, taken, strict=True) if kept),
         task=gravity_task(snapshot, thing),
+        others=left_out + unsensed_contacts(snapshot, thing, kinematics),
     )
 
 
@@ -94,9 +88,9 @@ def misperceive(
     pose[:3] += settings.position_error * shift
     # The tracker turns the object about its centre of mass: an error of rotation alone leaves
     # that in place.
-    centre = rotation_matrix(pose[3:]) @ thing.com_m
+    centre = rotation_of(pose[3:]) @ thing.com_m
     mujoco.mju_quatIntegrate(pose[3:], settings.angle_error * turn, 1.0)
-    pose[:3] += centre - rotation_matrix(pose[3:]) @ thing.com_m
+    pose[:3] += centre - rotation_of(pose[3:]) @ thing.com_m
     known = replace(
         thing,
         friction=thing.friction * max(0.05, 1.0 + settings.friction_error * friction),
@@ -122,7 +116,7 @@ def pad_contacts(
         kinematics: the hand; its posture is changed.
     """
     kinematics.pose(snapshot.joint_angles)
-    rotation, origin = rotation_matrix(snapshot.object_pose_hand[3:]), snapshot.object_pose_hand[:3]
+    rotation, origin = rotation_of(snapshot.object_pose_hand[3:]), snapshot.object_pose_hand[:3]
     centre_of_mass = origin + rotation @ thing.com_m
     limits = torque_limits(torque_limit)
     found = []
@@ -170,13 +164,6 @@ def _tangent_patch(kind: str, reading: np.ndarray) -> tuple[np.ndarray, np.ndarr
 def gravity_task(snapshot: TactileSnapshot, thing: ObjectInfo) -> np.ndarray:
     """Wrenches that hold the object against gravity around its centre of mass, (6, m)."""
     down = np.array([0.0, 0.0, -GRAVITY])
-    hand = rotation_matrix(snapshot.hand_pose_world[3:])
-    in_object = rotation_matrix(snapshot.object_pose_hand[3:]).T @ hand.T @ down
+    hand = rotation_of(snapshot.hand_pose_world[3:])
+    in_object = rotation_of(snapshot.object_pose_hand[3:]).T @ hand.T @ down
     return gq.gravity_tasks(thing.mass_kg, np.zeros(3), in_object, TASK_RADIUS, TASK_SAMPLES)
-
-
-def rotation_matrix(quat: np.ndarray) -> np.ndarray:
-    """Rotation (3, 3) of a unit quaternion w x y z (4,)."""
-    matrix = np.empty(9)
-    mujoco.mju_quat2Mat(matrix, np.asarray(quat, dtype=float))
-    return matrix.reshape(3, 3)

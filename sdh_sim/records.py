@@ -45,6 +45,7 @@ COLUMNS: tuple[Column, ...] = (
     Column("q_l1", _REAL, "", "task scaling under the L1 bound"),
     Column("q_capability", _REAL, "", "task scaling within what shared motors could do"),
     Column("q_held", _REAL, "", "task scaling with saturated motors at their torque, else -inf"),
+    Column("q_whole_hand", _REAL, "", "as q_capability, with all that touches, felt or not"),
     Column("epsilon_linf", _REAL, "", "epsilon of the same wrench sets, L-infinity, 1 N = 1 N m"),
     Column("epsilon_l1", _REAL, "", "epsilon of the same wrench sets, L1, 1 N = 1 N m"),
     Column("volume_linf", _REAL, "N^3 (N m)^3", "volume, hard contacts, L-infinity; null above 3"),

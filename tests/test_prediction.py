@@ -141,9 +141,9 @@ def test_it_depends_on_snapshot_mass_friction_com_and_limits_only(kinematics, th
     turned = np.array([3.0, -2.0, 1.0, math.cos(0.4), 0, 0, math.sin(0.4)])
     # The same readings in other units.
     louder = replace(grasp, proximal=grasp.proximal * 7.0)
-    # Another name and shape of the object.
+    # Another name and shape of the object, which the whole hand's bound alone looks at.
     other = replace(
-        thing, name="teapot", extents_m=np.ones(3), height=2.0, half_wide=1.0,
+        thing, name="oval_bottle", extents_m=np.ones(3), height=2.0, half_wide=1.0,
         inertia_kgm2=np.eye(3), standing_height=9.0,
     )  # fmt: skip
     kinematics.pose(np.radians([30, 10, 20, 30, 40, 50, 60]))  # what was posed before

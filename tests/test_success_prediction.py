@@ -82,6 +82,7 @@ def test_the_grid_names_every_variant_once():
         (Variant("q", "l1", 12, "hf", True, "all"), "q_l1"),
         (Variant("capability", pads="all"), "q_capability"),
         (Variant("held", pads="all"), "q_held"),
+        (Variant("whole", pads="all"), "q_whole_hand"),
         (Variant("epsilon", "linf", 12, "hf", True, "all"), "epsilon_linf"),
         (Variant("epsilon", "l1", 12, "hf", True, "all"), "epsilon_l1"),
         (Variant("volume", "l1", 12, "none", True, "all"), "volume_l1"),
