@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 import math
-import warnings
 
 import mink
 import mujoco
 import numpy as np
-from qpsolvers.warnings import SparseConversionWarning
 
 from sdh_sim import sdh2_constants as c
 from sdh_sim.scene import ARM, ARM_JOINTS, arm_spec, arm_speed_limit
 
-# A 6 × 6 problem is dense by nature; the notice that OSQP wants it sparse helps nobody.
-warnings.filterwarnings("ignore", category=SparseConversionWarning)
-
-SOLVER = "osqp"
-SOLVER_OPTIONS = {"eps_abs": 1e-7, "eps_rel": 1e-7, "max_iter": 4000}
+SOLVER = "daqp"  # an active-set solver for small dense problems, which these 6 × 6 ones are
 POSITION_TOLERANCE = 2e-4  # [m]
 ROTATION_TOLERANCE = 2e-3  # [rad]
 SPEED_SHARE = 0.9  # of the joint speed limits that a path may use
@@ -87,9 +81,8 @@ class ArmKinematics:
                 best = size
             try:
                 velocity = mink.solve_ik(
-                    conf, [self._task], 1.0, SOLVER, damping=1e-8, limits=self._limits,
-                    **SOLVER_OPTIONS,
-                )  # fmt: skip
+                    conf, [self._task], 1.0, SOLVER, damping=1e-8, limits=self._limits
+                )
             except mink.MinkError:
                 return None
             # A full step may leap over a singularity; half a radian cannot.
