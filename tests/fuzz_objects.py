@@ -9,6 +9,7 @@ anything else, or kills the process, stays in the folder that is printed first.
 from __future__ import annotations
 
 import argparse
+import base64
 import json
 import resource
 import struct
@@ -131,16 +132,13 @@ def meshes() -> dict[str, bytes]:
     both = trimesh.Scene([box, other])
     found: dict[str, bytes] = {}
     for ending in ("stl", "obj", "ply", "off", "glb"):
-        data = box.export(file_type=ending)
-        found[f"{ending}"] = data.encode() if isinstance(data, str) else data
+        found[ending] = _bytes(box.export(file_type=ending))
     found["stl ascii"] = _bytes(box.export(file_type="stl_ascii"))
     found["ply ascii"] = _bytes(box.export(file_type="ply", encoding="ascii"))
     found["glb two"] = _bytes(both.export(file_type="glb"))
     found["obj two"] = b"o a\n" + found["obj"] + b"o b\n" + found["obj"].replace(b"f ", b"g x\nf ")
     size = struct.unpack_from("<I", found["glb"], 12)[0]
     document = json.loads(found["glb"][20 : 20 + size])
-    import base64
-
     body = base64.b64encode(found["glb"][28 + size :]).decode()
     document["buffers"][0]["uri"] = "data:application/octet-stream;base64," + body
     found["gltf"] = json.dumps(document).encode()

@@ -300,7 +300,7 @@ def turned() -> trimesh.Trimesh:
     return mesh
 
 
-def hollow() -> trimesh.Trimesh:
+def hollow():
     inner = box(size=(0.03, 0.03, 0.03))
     inner.invert()
     return trimesh.util.concatenate([box(), inner])
