@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     from sdh_sim.hand import HandKinematics
     from sdh_sim.metrics import METRICS, evaluate
     from sdh_sim.model_files import models_dir
-    from sdh_sim.objects import ObjectInfo, object_info, object_names
-    from sdh_sim.perception import PadContact, PerceivedGrasp, perceive
+    from sdh_sim.objects import ObjectInfo, object_info, object_names, user_object
+    from sdh_sim.pad_contact import PadContact
+    from sdh_sim.perception import PerceivedGrasp, perceive
     from sdh_sim.prediction import Prediction, predict
     from sdh_sim.recording import write_recording
     from sdh_sim.records import COLUMNS, RecordError, read_rows, read_table, stack
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from sdh_sim.stored import grasp_of, object_of, snapshot_of
     from sdh_sim.tactile import TactileSnapshot
     from sdh_sim.trial import TrialResult, run_trial
+    from sdh_sim.user_metrics import find_metrics
 
 __version__ = "0.1.0"
 
@@ -49,6 +51,7 @@ __all__ = [
     "TrialResult",
     "TrialSettings",
     "evaluate",
+    "find_metrics",
     "grasp_of",
     "models_dir",
     "object_info",
@@ -63,6 +66,7 @@ __all__ = [
     "run_trial",
     "snapshot_of",
     "stack",
+    "user_object",
     "write_recording",
 ]
 
@@ -71,8 +75,9 @@ _MODULES = {
     "hand": ("HandKinematics",),
     "metrics": ("METRICS", "evaluate"),
     "model_files": ("models_dir",),
-    "objects": ("ObjectInfo", "object_info", "object_names"),
-    "perception": ("PadContact", "PerceivedGrasp", "perceive"),
+    "objects": ("ObjectInfo", "object_info", "object_names", "user_object"),
+    "pad_contact": ("PadContact",),
+    "perception": ("PerceivedGrasp", "perceive"),
     "prediction": ("Prediction", "predict"),
     "recording": ("write_recording",),
     "records": ("COLUMNS", "RecordError", "read_rows", "read_table", "stack"),
@@ -83,6 +88,7 @@ _MODULES = {
     "stored": ("grasp_of", "object_of", "snapshot_of"),
     "tactile": ("TactileSnapshot",),
     "trial": ("TrialResult", "run_trial"),
+    "user_metrics": ("find_metrics",),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 

@@ -40,7 +40,8 @@ class ObjectInfo:
         standing_height: height of the object's frame over the table when standing [m].
         height: height of its top over the table when standing [m].
         narrow_yaw: direction of its narrower horizontal side when standing at yaw 0 [rad].
-        half_narrow, half_wide: half of the narrower and the wider horizontal side [m].
+        half_narrow: half of the narrower horizontal side [m].
+        half_wide: half of the wider horizontal side [m].
         inertia_kgm2: inertia tensor at the centre of mass, object axes (3, 3) [kg m^2].
         spread: of the random grasps on it; None: what ``grasps`` has for its name, or the default.
         folder: where a user's object comes from; None for a built-in one.

@@ -67,12 +67,14 @@ class TrialSettings:
             ``directions`` tries forces and moments along the hand's axes too.
         disturbance: after the hold ``turn`` the wrist by 120 degrees either way, or ``shake`` it.
         repeats: perturbed copies of the trial that give a probability of success.
-        repeat_position, repeat_angle, repeat_friction: standard deviations of the copies' hand
-            position along each axis [m], roll [rad], and friction (relative).
-        position_error, angle_error: standard deviations of the tracked object's position along
-            each axis [m] and of its rotation about each axis [rad], as the metrics see it.
-        friction_error, mass_error: relative standard deviations of the friction and the mass that
-            the metrics assume.
+        repeat_position: standard deviation of the copies' hand position along each axis [m].
+        repeat_angle: standard deviation of the copies' roll [rad].
+        repeat_friction: relative standard deviation of the copies' friction.
+        position_error: standard deviation of the tracked object's position along each axis [m], as
+            the metrics see it.
+        angle_error: standard deviation of its rotation about each axis [rad].
+        friction_error: relative standard deviation of the friction that the metrics assume.
+        mass_error: relative standard deviation of the mass that they assume.
         folder: of a user's object; None takes the object model of that name.
         metrics: users' metrics, beside the built-in ones.
 

@@ -38,7 +38,8 @@ class TrialResult:
     Attributes:
         row: its row of the table.
         log: its time series, if one was asked for.
-        sim_seconds, wall_seconds: simulated and real time [s].
+        sim_seconds: simulated time [s].
+        wall_seconds: real time [s].
         diverged: state after the step in which the simulation diverged, by name; else None.
     """
 
