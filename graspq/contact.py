@@ -92,9 +92,9 @@ def contact_wrenches(
 
     Every column is (force [N], moment [N m]) in the frame of the contact, the moment about
     ``origin`` and multiplied by ``torque_scale``. The friction ellipsoid of equation 1 is
-    sampled by ``edges`` points on its circular base (f_z = g*, tangential force μ g*) and,
-    when τ* > 0, its two torsion apices (f_z = g*, τ_z = ±τ*), which come last. The columns of
-    the centre come first, then those of each taxel in turn.
+    sampled by ``edges`` points on its circular base (``f_z = g*``, tangential force ``μ g*``)
+    and, when ``τ* > 0``, its two torsion apices (``f_z = g*``, ``τ_z = ±τ*``), which come last.
+    The columns of the centre come first, then those of each taxel in turn.
 
     Args:
         contact: the contact.

@@ -44,7 +44,7 @@ def contact_forces(
 
     Every force stays inside its friction cone (``edges`` edges, inscribed). A ``HandBound``
     limits them by its motors; a list of contacts by each contact's ``max_normal_force``.
-    A moment τ of a soft point contact counts as the force τ g*/τ*.
+    A moment τ of a soft point contact counts as the force ``τ g*/τ*``.
 
     Args:
         grip: a hand, or contacts.

@@ -177,8 +177,8 @@ def hand_task_scaling(
     Args:
         hand: contacts and motors.
         tasks: task wrenches, shape (6, m).
-        edges: edges of every friction cone (its apices ±τ*/g* when it is soft), None for the
-            cone itself.
+        edges: edges of every friction cone (its apices ``±τ*/g*`` when it is soft), None for
+            the cone itself.
         torque_scale: as used for ``tasks``.
         origin: as used for ``tasks``, shape (3,) [m].
 

@@ -113,7 +113,7 @@ def discretisation_error(
 ) -> float:
     """Return the share of q* that sampling the friction ellipsoids with ``edges`` loses.
 
-    1 - q*(edges) / q*(exact), between 0 and 1; NaN when the exact q* is 0.
+    ``1 - q*(edges) / q*(exact)``, between 0 and 1; NaN when the exact q* is 0.
     """
     from graspq.contact import contact_wrenches
 

@@ -15,7 +15,8 @@ class PadContact:
 
     Attributes:
         pad: name, such as ``thumb_distal``.
-        contact: position, normal, g*, tau* and taxels, in the object frame at the centre of mass.
+        contact: position, normal, ``g*``, ``tau*`` and taxels, in the object frame at the centre of
+            mass.
         jacobian: motor speeds to the velocity of the contact point (first three rows [m/rad]) and
             the angular velocity of its link (last three), object axes (6, 7).
     """
