@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import tempfile
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from unittest.mock import patch
 
@@ -15,6 +15,7 @@ from rich.table import Table
 
 from sdh_sim.campaign import run_campaign
 from sdh_sim.objects import PAPER_ORDER
+from sdh_sim.preset import FAST_SETTINGS
 from sdh_sim.run_folder import RunPlan
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import run_trial
@@ -41,9 +42,8 @@ class Stopwatch:
         return timed
 
 
-def one_core(name: str, trials: int, seed: int) -> tuple[float, float, float, int]:
+def one_core(settings: TrialSettings, trials: int, seed: int) -> tuple[float, float, float, int]:
     """Simulated time [s], wall time [s], time inside mj_step [s] and scene compilations."""
-    settings = TrialSettings(object=name)
     steps, builds = Stopwatch(), Stopwatch()
     with patch("sdh_sim.trial.build_scene", builds.wrap(_build())):
         run_trial(settings, seed - 1)  # compiles the scene and loads compiled metrics
@@ -60,12 +60,12 @@ def _build():
     return build_scene
 
 
-def campaign_seconds(workers: int, trials: int, seed: int) -> float:
+def campaign_seconds(settings: TrialSettings, workers: int, trials: int, seed: int) -> float:
     """Wall time of a campaign over all objects, between its first finished trial and its last.
 
     Starting the processes is left out: it is paid once however long the run.
     """
-    plan = RunPlan(PAPER_ORDER, TrialSettings(object=PAPER_ORDER[0]), trials, seed)
+    plan = RunPlan(PAPER_ORDER, settings, trials, seed)
     stamps: list[float] = []
     with tempfile.TemporaryDirectory() as folder:
         run_campaign(
@@ -80,21 +80,30 @@ def main(argv: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--trials", type=int, default=10, help="trials per object [10]")
     parser.add_argument("--seed", type=int, default=0, help="first seed [0]")
+    parser.add_argument("--preset", choices=("fast",), help="as of sdh-sim lift")
     args = parser.parse_args(argv)
     if args.trials < 1 or args.seed < 0:
         parser.error("--trials must be at least 1 and --seed at least 0")
+    settings = TrialSettings(
+        object=PAPER_ORDER[0], **(FAST_SETTINGS if args.preset == "fast" else {})
+    )
     console = Console()
-    table = Table(title=f"one core, {args.trials} trials each, seed {args.seed}")
+    kind = f"{args.preset} preset, " if args.preset else ""
+    table = Table(title=f"{kind}one core, {args.trials} trials each, seed {args.seed}")
     for heading in ("object", "simulated s", "wall s", "× real time", "in mj_step", "compiled"):
         table.add_column(heading, justify="left" if heading == "object" else "right")
     sums = [0.0, 0.0, 0.0]
     for name in PAPER_ORDER:
-        simulated, wall, stepping, compiled = one_core(name, args.trials, args.seed + 1)
+        simulated, wall, stepping, compiled = one_core(
+            replace(settings, object=name), args.trials, args.seed + 1
+        )
         sums = [a + b for a, b in zip(sums, (simulated, wall, stepping), strict=True)]
         table.add_row(*_cells(name, simulated, wall, stepping), str(compiled))
     table.add_row(*_cells("all", *sums), "")
     console.print(table)
-    one, two = (campaign_seconds(workers, args.trials, args.seed) for workers in (1, 2))
+    one, two = (
+        campaign_seconds(settings, workers, args.trials, args.seed) for workers in (1, 2)
+    )
     count = 4 * args.trials
     console.print(
         f"campaign of {count} trials: {60 * count / one:.0f} trials a minute with 1 worker, "

@@ -1,12 +1,12 @@
 """Is the simulation right? Closed-form checks of contact, friction, forces, motion and numerics.
 
-    python -m experiments.validation [--short] [--out DIR] [--only NAME ...] [--reasons]
+    python -m experiments.validation [--short] [--preset fast] [--out DIR] [--only NAME ...]
 
 Each line compares what mechanics predicts with what MuJoCo does on the project's own hand, pads
 and rubber. A line marked *noted* is a known deviation of the contact model with the bound expected
 of it (*beyond* where it is larger); it is reported and decides nothing. The exit status is 1 if a
 line fails. With ``--out`` a picture is drawn for every check that gains from one, and the table is
-written as ``validation.csv``.
+written as ``validation.csv``. ``--reasons`` says why each tolerance is what it is.
 """
 
 from __future__ import annotations
@@ -25,9 +25,10 @@ from experiments import validation_friction as friction
 from experiments import validation_motion as motion
 from experiments import validation_pads as pads
 from experiments import validation_sensor as sensor
-from experiments.validation_rigs import HONEST, Spoil
+from experiments.validation_rigs import HONEST, Spoil, timestep_in_use
 from experiments.validation_rows import Result, Row
 from sdh_sim.cli_console import errors, output
+from sdh_sim.preset import FAST_SETTINGS
 
 Check = Callable[[bool, Spoil], Result]
 
@@ -54,6 +55,15 @@ CHECKS: dict[str, tuple[str, Check]] = {
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the checks; 0 if all judged lines pass, 1 if not."""
     options = _parser().parse_args(arguments)
+    step = FAST_SETTINGS["timestep"] if options.preset else timestep_in_use.get()
+    usual = timestep_in_use.set(step)
+    try:
+        return _run(options)
+    finally:
+        timestep_in_use.reset(usual)
+
+
+def _run(options: argparse.Namespace) -> int:
     folder = None if options.out is None else Path(options.out)
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
@@ -149,6 +159,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="python -m experiments.validation", description=(__doc__ or "").partition("\n")[0]
     )
     parser.add_argument("--short", action="store_true", help="fewer cases, under 20 s on one core")
+    parser.add_argument("--preset", choices=("fast",), help="as of sdh-sim lift: its time step")
     parser.add_argument("--out", metavar="DIR", help="write pictures and validation.csv there")
     parser.add_argument("--only", nargs="+", choices=list(CHECKS), metavar="NAME",
                         help=f"some of: {', '.join(CHECKS)}")  # fmt: skip

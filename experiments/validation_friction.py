@@ -100,7 +100,7 @@ def pad_onset(short: bool = False, spoil: Spoil = HONEST) -> Result:
 
 def clamp(
     torque_limit: tuple[float, float], spoil: Spoil = HONEST, friction: float = 0.8,
-    timestep: float = 0.002, modulus: float = 1e6,
+    timestep: float | None = None, modulus: float = 1e6,
 ) -> tuple[Scene, mujoco.MjData]:  # fmt: skip
     """The box squeezed by two fingers, at rest without gravity."""
     settings = settings_for(timestep, modulus, torque_limit)

@@ -9,6 +9,7 @@ known exactly; a *gripper* is the hand alive. World and palm frame have the same
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cache
 
@@ -149,14 +150,19 @@ def gripper(
     return _scene(spec, settings, friction, spoil)
 
 
+timestep_in_use: ContextVar[float] = ContextVar("timestep_in_use", default=0.002)
+"""Time step [s] of the checks that do not choose their own."""
+
+
 def settings_for(
-    timestep: float = 0.002, modulus: float = 1e6,
+    timestep: float | None = None, modulus: float = 1e6,
     torque_limit: tuple[float, float] = PAPER_TORQUE_LIMIT,
 ) -> TrialSettings:  # fmt: skip
     """Trial settings of a rig; the object they name stands for the rig's own thing."""
     return TrialSettings(
-        "box", timestep=timestep, pad_modulus=modulus, torque_limit=torque_limit, sensor="ideal"
-    )
+        "box", timestep=timestep or timestep_in_use.get(), pad_modulus=modulus,
+        torque_limit=torque_limit, sensor="ideal",
+    )  # fmt: skip
 
 
 def _hand_spec(settings: TrialSettings) -> mujoco.MjSpec:

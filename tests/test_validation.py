@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from experiments import validation
-from experiments.validation_rigs import Spoil
+from experiments.validation_rigs import Spoil, settings_for
 from experiments.validation_rows import Result, Row, threshold
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -61,6 +61,20 @@ def test_short_form_passes_and_leaves_table_and_pictures(tmp_path):
         assert math.isfinite(float(line["simulated"]))
     pictures = {path.stem for path in tmp_path.glob("*.png")}
     assert {"pad_onset", "clamp_drop", "torsion_onset", "ball", "single_finger"} <= pictures
+
+
+def test_the_fast_preset_passes_with_its_own_time_step(monkeypatch):
+    seen = []
+    name, check = validation.CHECKS["plate"]
+
+    def watched(short, spoil):
+        seen.append(settings_for().timestep)
+        return check(short, spoil)
+
+    monkeypatch.setitem(validation.CHECKS, "plate", (name, watched))
+    assert validation.main(["--short", "--preset", "fast", "--only", "plate"]) == 0
+    assert validation.main(["--short", "--only", "plate"]) == 0
+    assert seen == [0.004, 0.002]
 
 
 def test_a_failing_line_is_shown_and_gives_exit_status_1(monkeypatch, capsys):
