@@ -198,7 +198,8 @@ def model_file(folder: Folder, facts: Facts) -> str:
             return found[0]
         if found:
             raise folder.fault(
-                f'it holds {show(found)}; say in {FACTS} which is the object: model = "{found[0]}"'
+                f"it holds {show(found)}; say in {FACTS} which is the object: model = "
+                f"{show(found[0])}"
             )
     raise folder.fault(
         f"no mesh and no MJCF in it; put a file in it that ends in one of "

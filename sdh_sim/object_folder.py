@@ -56,7 +56,9 @@ class Folder:
 
     def fault(self, what: str) -> ObjectError:
         """The error for something about this folder."""
-        return ObjectError(f"object: {self.path}: {what}")
+        # What files say goes into messages: no control characters, no change of direction.
+        clean = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in what)
+        return ObjectError(f"object: {self.path}: {clean}")
 
     def names(self) -> list[str]:
         """Files of the folder itself, sorted."""

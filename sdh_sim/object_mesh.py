@@ -64,8 +64,10 @@ def read_mesh(data: bytes, ending: str) -> list[tuple[np.ndarray, np.ndarray]]:
     kind = ending.lower().removeprefix(".")
     _check_claims(data, kind)
     options: dict[str, Any] = {"process": False, "resolver": None, "allow_remote": False}
+    if kind in ("obj", "glb", "gltf"):
+        options["skip_materials"] = True  # pictures would be decoded
     if kind == "obj":
-        options |= {"split_objects": True, "skip_materials": True}
+        options["split_objects"] = True
     try:
         with _quiet():
             scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, **options)
@@ -138,33 +140,38 @@ def _check_claims(data: bytes, kind: str) -> None:
 
 def _check_gltf(data: bytes, kind: str) -> None:
     try:
-        text = data
-        if kind == "glb":
-            magic, _, _, size, chunk = struct.unpack_from("<4sIII4s", data)
-            if magic != b"glTF" or chunk != b"JSON":
-                raise ValueError("no GLB head")
-            text = data[20 : 20 + size]
-        document = json.loads(text)
-        buffers = document.get("buffers", [])
-        meshes, nodes = document.get("meshes", []), document.get("nodes", [])
-        accessors = [int(a["count"]) for a in document.get("accessors", [])]
-        views = [int(v["byteLength"]) for v in document.get("bufferViews", [])]
-        foreign = [b["uri"] for b in buffers if not str(b.get("uri", "data:")).startswith("data:")]
-        shown = sum("mesh" in node for node in nodes)
+        document = json.loads(_gltf_text(data) if kind == "glb" else data)
         if document.get("extensionsRequired"):
             raise MeshError("needs extensions of glTF; write it without compression")
+        places = [str(b.get("uri", "data:")) for b in document.get("buffers", [])]
+        counts = [int(a["count"]) for a in document.get("accessors", [])]
+        views = [int(v["byteLength"]) for v in document.get("bufferViews", [])]
+        corners = [
+            sum(counts[p.get("indices", p["attributes"]["POSITION"])] for p in mesh["primitives"])
+            for mesh in document.get("meshes", [])
+        ]
+        nodes = document.get("nodes", [])
+        shown = sum(corners[node["mesh"]] for node in nodes if "mesh" in node)
     except MeshError:
         raise
-    except (ValueError, KeyError, TypeError, AttributeError, struct.error, RecursionError) as error:
+    except (ValueError, LookupError, ArithmeticError, TypeError, AttributeError) as error:
         raise MeshError(f"is not a mesh that can be read as {kind.upper()}") from error
-    if foreign:
+    except (struct.error, RecursionError) as error:
+        raise MeshError(f"is not a mesh that can be read as {kind.upper()}") from error
+    if not all(place.startswith("data:") for place in places):
         raise MeshError("refers to other files; embed its buffers (GLB does)")
-    if max([0, *accessors]) > 3 * MAX_FACES or len(accessors) > 1000 or len(nodes) > 1000:
-        raise MeshError(f"holds more than {MAX_FACES} triangles or 1000 nodes or accessors")
-    if max([0, *views]) > len(data):
+    _check_count(max([0, shown, *counts]) // 3)  # also where one mesh is shown many times
+    if len(counts) > MAX_GROUPS or len(nodes) > MAX_GROUPS:
+        raise MeshError(f"has more than {MAX_GROUPS} nodes or accessors; join them")
+    if max([0, *views]) > len(data) or sum(counts) > 20 * 3 * MAX_FACES:
         raise MeshError("claims to hold more than its bytes can")
-    if shown * sum(accessors) > 12 * MAX_FACES or len(meshes) > MAX_GROUPS:
-        raise MeshError(f"shows its meshes {shown} times; write each once")
+
+
+def _gltf_text(data: bytes) -> bytes:
+    magic, _, _, size, chunk = struct.unpack_from("<4sIII4s", data)
+    if magic != b"glTF" or chunk != b"JSON":
+        raise ValueError("no GLB head")
+    return data[20 : 20 + size]
 
 
 def parts_of(pieces: list[tuple[np.ndarray, np.ndarray]], scale: float) -> list[Part]:
@@ -239,8 +246,8 @@ def check_solid(parts: list[Part], hull: bool) -> None:
     worst = int(np.argmax(ratios))
     if ratios[worst] > HULL_RATIO and not hull:
         raise MeshError(
-            f"is not convex{_which(parts, worst)}: its hull has {ratios[worst]:.3g} times its volume, and MuJoCo "
-            "collides the hull; divide it into closed convex parts in the same file, or accept "
+            f"is not convex{_which(parts, worst)}: its hull has {ratios[worst]:.3g} times its "
+            "volume, and MuJoCo collides the hull; divide it into closed convex parts in the same file, or accept "
             "the hull with hull = true"
         )
 

@@ -11,6 +11,7 @@ import numpy as np
 import pyarrow as pa
 
 from sdh_sim import records, trial_tables
+from sdh_sim.extensions import ObjectFolder
 from sdh_sim.hand import MOTOR_NAMES, HandKinematics
 from sdh_sim.objects import ObjectInfo, object_info
 from sdh_sim.perception import PerceivedGrasp, perceive
@@ -76,13 +77,19 @@ def snapshot_of(row: Mapping[str, Any]) -> TactileSnapshot | None:
     )
 
 
-def object_of(row: Mapping[str, Any]) -> ObjectInfo:
+def object_of(
+    row: Mapping[str, Any], folders: Mapping[str, ObjectFolder] | None = None
+) -> ObjectInfo:
     """The row's object with the mass and the friction that the metrics assumed.
 
+    Args:
+        row: a row as ``records.read_rows`` gives it.
+        folders: of users' objects by name, as the run's plan has them.
+
     Raises:
-        SettingsError: there is no such object model any more.
+        SettingsError: there is no such object any more.
     """
-    thing = object_info(row["object"])
+    thing = object_info(row["object"], (folders or {}).get(row["object"]))
     mass, friction = row.get("perceived_mass_kg"), row.get("perceived_friction")
     return replace(
         thing,
@@ -92,7 +99,10 @@ def object_of(row: Mapping[str, Any]) -> ObjectInfo:
 
 
 def grasp_of(
-    row: Mapping[str, Any], pads: str, kinematics: HandKinematics
+    row: Mapping[str, Any],
+    pads: str,
+    kinematics: HandKinematics,
+    folders: Mapping[str, ObjectFolder] | None = None,
 ) -> PerceivedGrasp | None:
     """What a metric may know of the row's grasp; None where there is no snapshot.
 
@@ -100,6 +110,7 @@ def grasp_of(
         row: a row as ``records.read_rows`` gives it.
         pads: ``all`` or ``distal``.
         kinematics: the hand; its posture is changed.
+        folders: of users' objects by name, as the run's plan has them.
     """
     snapshot = snapshot_of(row)
     if snapshot is None:
@@ -107,4 +118,4 @@ def grasp_of(
     limits = np.asarray(row["torque_limit_nm"], dtype=float)
     proximal = float(limits[MOTOR_NAMES.index("finger1_proximal")])
     distal = float(limits[MOTOR_NAMES.index("finger1_distal")])
-    return perceive(snapshot, object_of(row), (proximal, distal), pads, kinematics)
+    return perceive(snapshot, object_of(row, folders), (proximal, distal), pads, kinematics)

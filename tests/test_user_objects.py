@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import os
 import re
@@ -20,6 +21,8 @@ from sdh_sim.campaign import run_campaign
 from sdh_sim.cli import main
 from sdh_sim.extensions import ObjectFolder
 from sdh_sim.grasps import DEFAULT_SPREAD, sample_grasp
+from sdh_sim.hand import HandKinematics
+from sdh_sim.metrics import evaluate
 from sdh_sim.model_files import models_dir
 from sdh_sim.object_facts import Spread
 from sdh_sim.object_folder import ObjectError
@@ -35,6 +38,7 @@ from sdh_sim.run_folder import RunFolder
 from sdh_sim.run_plan import RunPlan
 from sdh_sim.scene import OBJECT_GEOM, build_scene
 from sdh_sim.settings import SettingsError, TrialSettings
+from sdh_sim.stored import grasp_of
 
 REPO = Path(__file__).parents[1]
 MUG = REPO / "docs" / "examples" / "mug"
@@ -355,6 +359,8 @@ def test_what_falls_over_is_refused(tmp_path):
         ("glb", "glTF\x02\x00\x00\x00"),
         ("gltf", '{"asset":{"version":"2.0"},"buffers":[{"byteLength":9,"uri":"../secret.bin"}]}'),
         ("gltf", '{"asset":{"version":"2.0"},"accessors":[{"count":999999999999,"type":"VEC3"}]}'),
+        ("gltf", '{"asset":{"version":"2.0"},"accessors":[{"count":1e999,"type":"VEC3"}]}'),
+        ("gltf", "[" * 100_000),
         ("xyz", "1 2 3"),
         ("zip", "PK"),
     ],
@@ -409,6 +415,33 @@ def test_mjcf_is_refused_in_words(tmp_path, case):
     text = refusal(folder(tmp_path, f"<mujoco>{inside}</mujoco>", ending="xml"))
     for word in words:
         assert word in text
+
+
+def test_messages_carry_no_control_characters(tmp_path):
+    for name in ("a\u202eb", "\u009b2J"):
+        refusal(folder(tmp_path, f'<mujoco xmlns="{name}"/>', ending="xml"))
+    path = folder(tmp_path / "b")
+    box().export(path / "a\x1b[2J.stl")
+    refusal(path)
+    (path / "thing.stl").unlink()
+    assert "is not the name of a file in this folder" in refusal(path)
+
+
+def test_one_mesh_shown_many_times_counts_every_time(tmp_path):
+    scene = trimesh.Scene(trimesh.creation.icosphere(4, 0.01))
+    for k in range(30):
+        scene.add_geometry(box((0, 0, 0.1)), node_name=f"n{k}")
+    document = scene.export(file_type="gltf")
+    text = json.loads(document["model.gltf"])
+    many = next(k for k, mesh in enumerate(text["meshes"]) if mesh["name"].startswith("geometry_0"))
+    for node in text["nodes"]:
+        if "mesh" in node:
+            node["mesh"] = many
+    for buffer in text["buffers"]:
+        data = base64.b64encode(document[buffer["uri"]]).decode()
+        buffer["uri"] = f"data:application/octet-stream;base64,{data}"
+    path = folder(tmp_path, json.dumps(text), ending="gltf")
+    assert "more than 100000 triangles" in refusal(path)
 
 
 def test_entities_are_not_expanded(tmp_path):
@@ -537,6 +570,11 @@ def test_a_run_with_a_folder_repeats_resumes_and_minds_changes(tmp_path, monkeyp
     rows = records.read_rows(parts / "trials.parquet")
     assert {row["object"] for row in rows} == {"mug"}
     assert rows[0]["mass_kg"] == 0.35
+    folders = RunFolder(parts).read_plan().folders
+    for row in rows:
+        grasp = grasp_of(row, "all", HandKinematics(), folders)
+        assert grasp is not None
+        assert evaluate(grasp)["q_linf"] == pytest.approx(row["q_linf"], rel=1e-4)
     assert main(["compare", str(parts), "--no-report"]) == 0
     assert " mug " in capsys.readouterr().out
 
