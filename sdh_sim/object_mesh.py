@@ -247,8 +247,8 @@ def check_solid(parts: list[Part], hull: bool) -> None:
     if ratios[worst] > HULL_RATIO and not hull:
         raise MeshError(
             f"is not convex{_which(parts, worst)}: its hull has {ratios[worst]:.3g} times its "
-            "volume, and MuJoCo collides the hull; divide it into closed convex parts in the same file, or accept "
-            "the hull with hull = true"
+            "volume, and MuJoCo collides the hull; divide it into closed convex parts in the same "
+            "file, or accept the hull with hull = true"
         )
 
 
