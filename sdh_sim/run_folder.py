@@ -33,7 +33,9 @@ from sdh_sim.shards import shard_files
 __all__ = ["MAX_TRIALS", "Job", "RunError", "RunFolder", "RunPlan", "trial_seed", "versions"]
 
 FORMAT = 1
-_PACKAGES = ("sdh-sim", "mujoco", "numpy", "scipy", "mink", "osqp", "pyarrow", "rerun-sdk")
+_PACKAGES = (
+    *("sdh-sim", "mujoco", "numpy", "scipy", "trimesh", "mink", "daqp", "pyarrow", "rerun-sdk"),
+)
 
 
 class RunFolder:
