@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -431,7 +432,7 @@ def test_one_mesh_shown_many_times_counts_every_time(tmp_path):
     scene = trimesh.Scene(trimesh.creation.icosphere(4, 0.01))
     for k in range(30):
         scene.add_geometry(box((0, 0, 0.1)), node_name=f"n{k}")
-    document = scene.export(file_type="gltf")
+    document: Any = scene.export(file_type="gltf")
     text = json.loads(document["model.gltf"])
     many = next(k for k, mesh in enumerate(text["meshes"]) if mesh["name"].startswith("geometry_0"))
     for node in text["nodes"]:
