@@ -54,8 +54,8 @@ def find_metrics(asked: Sequence[str], known: Sequence[UserMetric] = ()) -> tupl
     if earlier:
         again = " ".join(f"--metric {m.target}" for m in earlier.values())
         raise SettingsError(
-            f"metric: this run computes {', '.join(earlier):.400}; name the code yourself with {again:.800} "
-            "(what a run's folder names is not run unasked)"
+            f"metric: this run computes {', '.join(earlier):.400}; name the code yourself with "
+            f"{again:.800} (what a run's folder names is not run unasked)"
         )
     return tuple(sorted(found, key=lambda m: m.name))
 
