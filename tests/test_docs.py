@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import os
 import re
 import shlex
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -13,10 +17,11 @@ import yaml
 from sdh_sim import __version__
 from sdh_sim.campaign import run_campaign
 from sdh_sim.cli import app
-from sdh_sim.records import COLUMNS
+from sdh_sim.records import COLUMNS, normalise, read_rows
 from sdh_sim.run_plan import RunPlan
 from sdh_sim.settings import TrialSettings
-from tests.doc_blocks import blocks, run, words
+from sdh_sim.trial import run_trial
+from tests.doc_blocks import blocks, words
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -33,15 +38,21 @@ def name(page: Path) -> str:
 def folder(tmp_path_factory):
     """A working folder with the run that pages read."""
     path = tmp_path_factory.mktemp("docs")
-    plan = RunPlan(("cylindrical_bottle",), TrialSettings("cylindrical_bottle"), trials=4, seed=0)
+    plan = RunPlan(("cylindrical_bottle",), TrialSettings("cylindrical_bottle"), trials=5, seed=0)
     run_campaign(plan, path / "runs" / "cyl", workers=1)
     return path
 
 
 @pytest.mark.parametrize("page", WITH_CODE, ids=name)
-def test_the_code_of_a_page_runs_and_prints_what_it_shows(page, folder, monkeypatch):
-    monkeypatch.chdir(folder)
-    for block, printed in run(page):
+def test_the_code_of_a_page_runs_and_prints_what_it_shows(page, folder):
+    # A process of its own, as a reader's would be: MuJoCo reads once how to draw, at its import.
+    result = subprocess.run(
+        [sys.executable, "-m", "tests.doc_blocks", str(page)],
+        cwd=folder, env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True, text=True, timeout=600,
+    )  # fmt: skip
+    assert result.returncode == 0, result.stderr[-3000:]
+    for block, printed in zip(blocks(page), json.loads(result.stdout), strict=True):
         if block.shown is not None:
             assert words(printed) == words(block.shown), f"{name(page)}:{block.line}\n{printed}"
 
@@ -74,6 +85,38 @@ def test_the_card_agrees_with_the_schema(column):
     assert unit == column.unit
     assert len(meaning) > 8
     assert filled == "always" if column.required else filled
+
+
+FREE = {"volume_linf", "volume_l1"}  # null above three contacts
+
+
+def filled(row: dict) -> set[str]:
+    return {column for column, value in row.items() if value is not None} - FREE
+
+
+def said(*words_of: str) -> set[str]:
+    """Columns that the card says are filled by one of these."""
+    found = {r[0].strip("`") for r in card() if any(w in r[5] for w in words_of)}
+    return found - FREE
+
+
+def test_the_card_knows_what_fills_each_column(folder):
+    lifted = said("always", "snapshot", "lift")
+    rows = read_rows(folder / "runs/cyl/trials.parquet")
+    assert {row["success"] for row in rows} == {True, False}, "take more trials"
+    assert all(filled(row) == lifted for row in rows)
+    row = normalise({**run_trial(TrialSettings("cylindrical_bottle"), 3).row, "trial": 0})
+    assert row["failure"] == "no_contact", "take another seed"
+    assert filled(row) == said("always", "snapshot") < lifted
+
+
+def test_the_card_knows_what_options_fill():
+    settings = TrialSettings(
+        "cylindrical_bottle", load_test="directions", disturbance="shake", repeats=1
+    )
+    row = normalise({**run_trial(settings, 1).row, "trial": 0})
+    assert row["failure"] == "none", "take another seed"
+    assert filled(row) == {column.name for column in COLUMNS} - FREE - said("--preset paper")
 
 
 def commands(page: Path) -> list[str]:
