@@ -10,7 +10,7 @@ from PIL import Image
 
 from sdh_sim.log import TrialLog
 from sdh_sim.objects import PAPER_ORDER
-from sdh_sim.render import milestones, render_frames
+from sdh_sim.render import draw_frames, milestones
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import run_trial
 
@@ -49,10 +49,10 @@ def main(argv: list[str] | None = None) -> None:
     logs = {name: held_trial(name, *SHOWN[name]) for name in PAPER_ORDER}
     ends = []
     for log in logs.values():
-        ends += render_frames(log, [milestones(log)[-1]], (420, 480), distance=0.72)
+        ends += draw_frames(log, [milestones(log)[-1]], (420, 480), distance=0.72)
     save(ends, args.out / "objects.png")
     log = logs["spray_bottle"]
-    save(render_frames(log, milestones(log), (560, 520), distance=0.68), args.out / "lift.png")
+    save(list(draw_frames(log, milestones(log), (560, 520), distance=0.68)), args.out / "lift.png")
 
 
 if __name__ == "__main__":

@@ -264,16 +264,42 @@ def compare(
 @app.command()
 def show(
     run: Annotated[Path, typer.Argument(help="Run folder (the --out of a lift).")],
-    trial: Annotated[int, typer.Option(help="Number of the trial.")],
+    trial: Annotated[list[int], typer.Option(help="Number of the trial; again for more.")],
     save: Annotated[
         Path | None, typer.Option(help="Write a rerun recording here, open no viewer.")
     ] = None,
     png: Annotated[Path | None, typer.Option(help="Render a picture here, open no viewer.")] = None,
 ) -> None:
-    """Run one trial of a run again and look at it."""
+    """Run trials of a run again and look at them."""
     from sdh_sim import cli_show
 
     cli_show.show(run, trial, save, png)
+
+
+@app.command()
+def render(
+    run: Annotated[Path, typer.Argument(help="Run folder (the --out of a lift).")],
+    trial: Annotated[int, typer.Option(help="Number of the trial.")],
+    out: Annotated[Path, typer.Option(help="A .png (three moments) or an .mp4 (all of it).")],
+    width: Annotated[int, typer.Option(help="Of a picture [pixels].")] = 960,
+    height: Annotated[int, typer.Option(help="Of a picture [pixels].")] = 720,
+    azimuth: Annotated[float, typer.Option(help="Of the camera about the object [deg].")] = 125.0,
+) -> None:
+    """Run one trial of a run again and draw it, without a screen."""
+    from sdh_sim import cli_render
+
+    cli_render.render(run, trial, out, (width, height), azimuth)
+
+
+@app.command()
+def view(
+    object: Annotated[str, typer.Argument(help="Object, or the folder of your own.")] = "box",
+    seed: Annotated[int, typer.Option(help="Seed of the grasp.")] = 0,
+) -> None:
+    """Open MuJoCo's own viewer on the cell, the hand before a grasp."""
+    from sdh_sim import cli_render
+
+    cli_render.view(object, seed)
 
 
 @app.command()

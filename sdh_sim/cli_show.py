@@ -1,29 +1,30 @@
-"""``sdh-sim show``: run one trial of a run again, check that it is the same, look at it."""
+"""``sdh-sim show``: run trials of a run again, check that they are the same, look at them."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from sdh_sim import records
 from sdh_sim.cli_console import errors, output
 from sdh_sim.columns import is_added
+from sdh_sim.errors import RenderError
 from sdh_sim.run_folder import RunError, RunFolder, versions
 
 
 def show(
     run: Path,
-    trial: int,
+    trials: Sequence[int],
     save: Path | None = None,
     png: Path | None = None,
 ) -> None:
-    """Repeat the trial, then write its recording or picture; with neither, open the viewer.
+    """Repeat trials, then write their recording or a picture; with neither, open the viewer.
 
     Args:
         run: run folder.
-        trial: number of the trial.
+        trials: their numbers; a picture takes one.
         save: file of the rerun recording.
         png: file of the picture.
 
@@ -31,45 +32,73 @@ def show(
         RunError: no such run or trial, or a file that cannot be written.
     """
     folder = RunFolder(run)
-    plan = folder.read_plan()
-    job = plan.job(trial)
-    rows = folder.read_rows(plan)
-    if trial not in rows:
-        raise RunError(
-            f"trial {trial} of {run} has not run yet ({len(rows)} of {plan.total} have); "
-            f"continue with: {folder.resume_command}"
-        )
+    jobs = stored_jobs(folder, trials)
+    if png is not None and len(jobs) > 1:
+        raise RunError(f"--png shows one trial, got {len(jobs)}; give one --trial")
     for option, path in (("--save", save), ("--png", png)):
         if path is not None:
-            _check_writable(option, path)
-
-    from sdh_sim.trial import run_trial
-
-    # Users' metrics are not evaluated again: code that a run's folder names is not run unasked.
-    settings = dataclasses.replace(job.settings, metrics=())
-    result = run_trial(settings, job.seed, log=True)
-    log: Any = result.log
-    row = records.normalise({**result.row, "trial": trial})
-    row["surplus"] = rows[trial]["surplus"]  # known to the run, not to the trial
-    row |= {name: value for name, value in rows[trial].items() if is_added(name)}
-    if differing := records.differing_columns(row, rows[trial]):
-        _warn(folder, differing)
-    output().print(verdict(row), markup=False, soft_wrap=True)
+            check_writable(option, path)
+    logs = (repeat(folder, job, row) for job, row in jobs)
     if save is not None:
-        from sdh_sim.recording import write_recording
+        from sdh_sim.recording import write_recordings
 
-        _write("--save", save, lambda: write_recording(log, save))
+        # A generator: one trial's log is in memory at a time.
+        kept: list[Any] = []
+        write("--save", save, lambda: write_recordings(_keeping(logs, kept), save))
+        logs = iter(kept)
     if png is not None:
         from sdh_sim.render import render_trial
 
-        _write("--png", png, lambda: render_trial(log, png))
+        write("--png", png, lambda: render_trial(next(logs), png))
     if save is None and png is None:
         from sdh_sim.recording import spawn_viewer
 
-        spawn_viewer(log)
+        for log in logs:
+            spawn_viewer(log)
 
 
-def _check_writable(option: str, path: Path) -> None:
+def _keeping(logs: Iterable[Any], kept: list[Any]) -> Iterator[Any]:
+    """The logs, of which the first is kept for a picture."""
+    for log in logs:
+        if not kept:
+            kept.append(log)
+        yield log
+
+
+def stored_jobs(folder: RunFolder, trials: Sequence[int]) -> list[tuple[Any, records.Row]]:
+    """The jobs of trials that have run, each once, with their rows of the table.
+
+    Raises:
+        RunError: no such run or trial, or it has not run yet.
+    """
+    plan = folder.read_plan()
+    jobs = [plan.job(trial) for trial in dict.fromkeys(trials)]
+    rows = folder.read_rows(plan)
+    for job in jobs:
+        if job.trial not in rows:
+            raise RunError(
+                f"trial {job.trial} of {folder.path} has not run yet ({len(rows)} of {plan.total} "
+                f"have); continue with: {folder.resume_command}"
+            )
+    return [(job, rows[job.trial]) for job in jobs]
+
+
+def repeat(folder: RunFolder, job: Any, stored: records.Row) -> Any:
+    """Run a stored trial again, print its verdict, and warn where it differs; its log."""
+    from sdh_sim.trial import run_trial
+
+    # Users' metrics are not evaluated again: code that a run's folder names is not run unasked.
+    result = run_trial(dataclasses.replace(job.settings, metrics=()), job.seed, log=True)
+    row = records.normalise({**result.row, "trial": job.trial})
+    row["surplus"] = stored["surplus"]  # known to the run, not to the trial
+    row |= {name: value for name, value in stored.items() if is_added(name)}
+    if differing := records.differing_columns(row, stored):
+        _warn(folder, differing)
+    output().print(verdict(row), markup=False, soft_wrap=True)
+    return result.log
+
+
+def check_writable(option: str, path: Path) -> None:
     """Find out before the trial runs, not after."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -82,9 +111,11 @@ def _check_writable(option: str, path: Path) -> None:
         raise _refused(option, path, error) from error
 
 
-def _write(option: str, path: Path, write: Callable[[], object]) -> None:
+def write(option: str, path: Path, write: Callable[[], object]) -> None:
     try:
         write()
+    except RenderError as error:
+        raise RunError(str(error)) from error
     except OSError as error:
         raise _refused(option, path, error) from error
     output().print(f"{path}", markup=False, soft_wrap=True)

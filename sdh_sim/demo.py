@@ -35,7 +35,7 @@ def run_demo(out: Path) -> None:
     held = [trial for trial, row in sorted(rows.items()) if row["success"]]
     trial = held[-1] if held else 0
     try:
-        show(run, trial, save=out / "trial.rrd", png=out / "trial.png")
+        show(run, [trial], save=out / "trial.rrd", png=out / "trial.png")
     except RenderError as error:
         errors().print(f"no picture: {error}", markup=False, soft_wrap=True)
     output().print(f"open the recording with: rerun {out / 'trial.rrd'}", markup=False)

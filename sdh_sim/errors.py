@@ -5,3 +5,7 @@ from __future__ import annotations
 
 class SettingsError(ValueError):
     """A setting that cannot be used; the message names it, what came and what would do."""
+
+
+class RenderError(OSError):
+    """No headless OpenGL, or no film writer; the message names the package that helps."""

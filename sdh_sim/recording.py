@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import os
+import subprocess
 import sys
+import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +31,7 @@ from sdh_sim.recording_layout import (
     heat_colors,
 )  # fmt: skip
 from sdh_sim.recording_text import verdict_markdown
+from sdh_sim.recording_wrench import cones, log_wrench_space
 from sdh_sim.run_folder import RunError
 from sdh_sim.tactile import arrays
 
@@ -47,6 +51,41 @@ def write_recording(log: TrialLog, path: Path) -> None:
     Raises:
         OSError: the disk refused.
     """
+    write_atomic(Path(path), recording_bytes(log))
+
+
+def write_recordings(logs: Iterable[TrialLog], path: Path) -> None:
+    """Write one file with a recording per trial, each with a timeline of its own.
+
+    Args:
+        logs: of the trials, taken one by one.
+        path: file to write; it is whole or not there.
+
+    Raises:
+        OSError: the disk refused.
+        RuntimeError: rerun could not join them.
+    """
+    with tempfile.TemporaryDirectory(dir=Path(path).absolute().parent, prefix=".rrd-") as folder:
+        parts = []
+        for number, log in enumerate(logs):
+            parts.append(Path(folder) / f"{number:06d}.rrd")
+            write_recording(log, parts[-1])
+        if len(parts) == 1:
+            os.replace(parts[0], path)
+            return
+        joined = Path(folder) / "joined.rrd"
+        merge = [sys.executable, "-m", "rerun_cli", "rrd", "merge"]
+        done = subprocess.run(
+            [*merge, *map(str, parts), "-o", str(joined)], capture_output=True, text=True
+        )
+        if done.returncode != 0:
+            last = (done.stderr.strip().splitlines() or ["no message"])[-1]
+            raise RuntimeError(f"rerun could not join {len(parts)} recordings: {last}")
+        os.replace(joined, path)
+
+
+def recording_bytes(log: TrialLog) -> bytes:
+    """The recording of a trial as the bytes of a file."""
     stream = rr.RecordingStream(APPLICATION, recording_id=recording_id(log))
     # The stream's own file sink reports a full disk on standard error only, so the bytes come
     # here and are written in a way that raises.
@@ -56,8 +95,8 @@ def write_recording(log: TrialLog, path: Path) -> None:
     content = sink.read()
     stream.disconnect()
     if not content:
-        raise RuntimeError(f"rerun gave no bytes for {path}; expected a recording")
-    write_atomic(Path(path), content)
+        raise RuntimeError(f"rerun gave no bytes for {recording_id(log)}; expected a recording")
+    return content
 
 
 def spawn_viewer(log: TrialLog) -> None:
@@ -185,7 +224,7 @@ def _log_forces(stream: rr.RecordingStream, log: TrialLog) -> None:
 
 
 def _log_prediction(stream: rr.RecordingStream, log: TrialLog) -> None:
-    """Contacts that the prediction used, from the snapshot on: normals as long as g*."""
+    """What the prediction used, from the snapshot on: normals as long as g*, cones, spaces."""
     if log.prediction is None or not log.prediction.contacts:
         return
     contacts = [pad.contact for pad in log.prediction.contacts]
@@ -196,9 +235,11 @@ def _log_prediction(stream: rr.RecordingStream, log: TrialLog) -> None:
     at = np.array([k.position for k in contacts]) + com
     lift = next((k for k, name in enumerate(log.phase) if name == "lift"), len(log.time) - 1)
     stream.set_time(TIMELINE, duration=float(log.time[lift]))
-    path = f"{body_path(log.scene.model, log.scene.object)}/predicted_contacts"
+    thing = body_path(log.scene.model, log.scene.object)
+    stream.log(f"{thing}/friction_cones", cones(log.prediction.contacts, com))
+    log_wrench_space(stream, log.prediction)
     stream.log(
-        path,
+        f"{thing}/predicted_contacts",
         rr.Arrows3D(
             origins=at - normals, vectors=normals, colors=CONTACT_COLOR, radii=0.0012,
             labels=[f"{p.pad} g* {p.contact.max_normal_force:.1f} N"

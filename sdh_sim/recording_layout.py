@@ -7,6 +7,7 @@ import rerun.blueprint as rrb
 
 from sdh_sim.hand import PAD_NAMES
 from sdh_sim.log import TrialLog
+from sdh_sim.recording_wrench import WRENCH_SPACE
 
 TIMELINE = "sim_time"
 FULL_SCALE = 2.0  # taxel force at the bright end of every colour map [N]
@@ -55,6 +56,9 @@ def blueprint(log: TrialLog) -> rrb.Blueprint:
     )  # fmt: skip
     words = rrb.Tabs(
         rrb.TextDocumentView(origin="verdict", name="verdict"),
+        rrb.Spatial3DView(
+            origin=WRENCH_SPACE, name="wrench space [N]", line_grid=rrb.LineGrid3D(visible=False)
+        ),
         rrb.TextLogView(origin="phase", name="phases"),
         rrb.TimeSeriesView(origin="object_height", name="object height [mm]"),
         active_tab=0,

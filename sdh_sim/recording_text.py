@@ -37,7 +37,9 @@ def verdict_markdown(log: TrialLog) -> str:
         "",
         "A value of q* above 1 predicts that the object is held. Arrows: red are contact forces, "
         f"{FORCE_SCALE * 1e3:.0f} mm/N; blue are the contacts of the prediction, as long as their "
-        f"g*, {LIMIT_SCALE * 1e3:.0f} mm/N.",
+        f"g*, {LIMIT_SCALE * 1e3:.0f} mm/N, with their friction cones. The wrench space shows the "
+        "forces that the contacts can exert on the object, L1 (orange) inside L∞ (blue), and the "
+        "weight (red).",
     ]
     return "\n".join(lines)
 

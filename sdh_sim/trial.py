@@ -13,7 +13,7 @@ import numpy as np
 from sdh_sim import load_test, outcome, user_metrics
 from sdh_sim.acquire import acquire
 from sdh_sim.cell import Cell, Diverged
-from sdh_sim.course import Course, find_course, plan_columns
+from sdh_sim.course import Course, find_course, place, plan_columns
 from sdh_sim.disturbance import disturb
 from sdh_sim.hand import HandKinematics
 from sdh_sim.lifting import lift
@@ -85,6 +85,15 @@ def run_trial(settings: TrialSettings, seed: int, log: bool = False) -> TrialRes
     record = writer.finish(row, run.prediction) if writer is not None else None
     seconds = time.perf_counter() - begin
     return TrialResult(row, record, run.cell.time, seconds, run.diverged)
+
+
+def cell_before_grasp(settings: TrialSettings, seed: int) -> Cell:
+    """The cell of a trial at its beginning: the object on the table, the open hand before it."""
+    scene, thing = _scene(settings), object_info(settings.object, settings.folder)
+    course = find_course(scene, thing, np.random.default_rng(seed))
+    cell = Cell(scene)
+    place(scene, cell.data, thing, course.plan, course.approach[0], course.opening)
+    return cell
 
 
 class _Run:

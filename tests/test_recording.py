@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -11,16 +12,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rerun.chunk import RrdReader
+from scipy.spatial import ConvexHull
 
 from sdh_sim.hand import MOTOR_NAMES, PAD_NAMES, live_mask, torque_limits
 from sdh_sim.log import TrialLog
-from sdh_sim.recording import recording_id, spawn_viewer, write_recording
+from sdh_sim.recording import recording_id, spawn_viewer, write_recording, write_recordings
 from sdh_sim.recording_layout import FORCE_SCALE, blueprint, heat_colors
 from sdh_sim.run_folder import RunError
 from sdh_sim.scene import PAD_OFFSETS
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import run_trial
 
+ARCHETYPES = {
+    "Transform3D", "Mesh3D", "Boxes3D", "Points3D", "Arrows3D", "DepthImage", "Scalars",
+    "TextLog", "TextDocument",
+}  # fmt: skip
 Columns = dict[tuple[str, str], list]
 
 
@@ -127,11 +133,13 @@ def test_poses_of_every_body(columns: Columns, log: TrialLog) -> None:
 def test_every_visible_mesh_is_there_once(columns: Columns, log: TrialLog) -> None:
     model = log.scene.model
     shown = [g for g in range(model.ngeom) if model.geom_type[g] == 7 and model.geom_group[g] == 2]
-    meshes = [key for key in columns if key[1] == "Mesh3D:vertex_positions"]
+    drawn = ("/wrench_space", "/world/object/object/friction_cones")
+    meshes = [
+        key for key in columns
+        if key[1] == "Mesh3D:vertex_positions" and not key[0].startswith(drawn)
+    ]  # fmt: skip
     assert len(meshes) == len(shown) > 30
-    triangles = sum(
-        len(rows[0]) for (_, name), rows in columns.items() if name == "Mesh3D:triangle_indices"
-    )
+    triangles = sum(len(columns[path, "Mesh3D:triangle_indices"][0]) for path, _ in meshes)
     assert triangles == sum(model.mesh_facenum[model.geom_dataid[g]] for g in shown)
     for path, _ in meshes:
         assert len(columns[path, "Mesh3D:vertex_normals"][0]) == len(
@@ -233,3 +241,56 @@ def test_no_screen_is_said(log: TrialLog, monkeypatch: pytest.MonkeyPatch) -> No
         monkeypatch.delenv(name, raising=False)
     with pytest.raises(RunError, match="--save"):
         spawn_viewer(log)
+
+
+def test_cones_open_into_the_object_by_the_friction_angle(columns: Columns, log: TrialLog) -> None:
+    assert log.prediction is not None
+    contacts = log.prediction.contacts
+    (points,) = columns["/world/object/object/friction_cones", "Mesh3D:vertex_positions"]
+    cones = np.array(points).reshape(len(contacts), -1, 3)
+    for cone, pad in zip(cones, contacts, strict=True):
+        edges = cone[1:] - cone[0]
+        along = edges @ pad.contact.normal
+        across = np.linalg.norm(edges - np.outer(along, pad.contact.normal), axis=1)
+        assert (along > 0.0).all()
+        assert across / along == pytest.approx(pad.contact.friction, rel=1e-4)
+
+
+def test_l1_lies_inside_linf_and_the_weight_is_drawn(columns: Columns, log: TrialLog) -> None:
+    assert log.prediction is not None
+    corners = {
+        bound: np.array(columns[f"/wrench_space/{bound}", "Mesh3D:vertex_positions"][0])
+        for bound in ("linf", "l1")
+    }
+    planes = ConvexHull(corners["linf"]).equations
+    beyond = corners["l1"] @ planes[:, :3].T + planes[:, 3]
+    assert beyond.max() < 0.02 * np.ptp(corners["linf"])  # both are drawn to two per cent
+    (weight,) = columns["/wrench_space/task", "Arrows3D:vectors"][0]
+    assert np.linalg.norm(weight) == pytest.approx(log.row["mass_kg"] * 9.81, rel=1e-6)
+
+
+def test_the_documented_schema_is_what_is_in_the_file(columns: Columns) -> None:
+    page = (Path(__file__).parents[1] / "docs" / "recordings.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `(/[^`]+)` \| `([^`]+)` \|", page, re.MULTILINE)
+    assert len(rows) >= 15
+    patterns = [
+        (re.compile(re.sub(r"<\w+>", "[^/]+", re.escape(path))), archetype)
+        for path, archetype in rows
+    ]
+    for (path, name) in columns:
+        archetype = name.partition(":")[0]
+        if archetype in ARCHETYPES:
+            assert any(p.fullmatch(path) and a == archetype for p, a in patterns), (path, name)
+    found = {(path, name.partition(":")[0]) for path, name in columns}
+    for pattern, archetype in patterns:
+        assert any(pattern.fullmatch(p) and a == archetype for p, a in found), pattern.pattern
+
+
+def test_several_trials_share_a_file_with_a_timeline_each(log: TrialLog, tmp_path: Path) -> None:
+    again = run_trial(TrialSettings("box"), 4, log=True).log
+    assert again is not None
+    file = tmp_path / "two.rrd"
+    write_recordings(iter((log, again)), file)
+    recordings = {entry.recording_id for entry in RrdReader(file).recordings()}
+    assert recordings == {recording_id(log), recording_id(again)}
+    assert [path.name for path in tmp_path.iterdir()] == ["two.rrd"]
