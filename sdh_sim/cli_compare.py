@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv as csv_module
 import io
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -42,12 +43,18 @@ def compare(
     Raises:
         RunError: a run or a place to write that cannot be used.
     """
-    tables = [_table_of(run) for run in runs]
-    places = [path.resolve() for path in tables]
+    places = [_table_of(run).resolve() for run in runs]
     for run, place in zip(runs, places, strict=True):
         if places.count(place) > 1:
             raise RunError(f"{run} is given twice; its trials would count double: give it once")
-    study = read_study(tables, ALL_METRICS if every else METRICS)
+    with tempfile.TemporaryDirectory(prefix="sdh-sim-") as scratch:
+        tables = []
+        for number, (run, place) in enumerate(zip(runs, places, strict=True)):
+            folder = Path(scratch) / str(number)
+            folder.mkdir()
+            # Trials of a run that goes on, or was killed, are not all in its table yet.
+            tables.append(RunFolder(run).whole_table(folder) if run.is_dir() else place)
+        study = read_study(tables, ALL_METRICS if every else METRICS)
     if not study.tables:
         raise RunError(f"{runs[0]} holds no finished trial yet; continue it with --resume first")
     if csv is not None:

@@ -175,6 +175,20 @@ class RunFolder:
         """
         return trial_store.read_finished(self.table, shard_files(self.shards), plan)
 
+    def whole_table(self, scratch: Path) -> Path:
+        """A table of every finished trial: the run's, or a copy with its shards in a folder.
+
+        Raises:
+            RunError: as ``finished``.
+            OSError: the copy could not be written.
+        """
+        shards = shard_files(self.shards)
+        if not shards:
+            return self.table
+        path = scratch / self.table.name
+        trial_store.write_finished(self.table, shards, self.read_plan(), path)
+        return path
+
     def read_rows(self, plan: RunPlan) -> dict[int, records.Row]:
         """All of ``finished`` by number."""
         return {row["trial"]: row for row in self.finished(plan)}

@@ -143,6 +143,13 @@ def read_finished(table: Path, shards: Iterable[Path], plan: RunPlan) -> Iterato
             yield from records.to_rows(group)
 
 
+def write_finished(table: Path, shards: Iterable[Path], plan: RunPlan, path: Path) -> None:
+    """Write a table of every finished trial elsewhere; raises as ``read_finished``, and OSError."""
+    with _open(table, shards, plan) as rows:
+        index, _, _ = _locate(rows, plan)
+        records.write_groups(rows.groups(index), path, added_columns(plan.settings.metrics))
+
+
 class TrialStore:
     """The finished trials of a run that is going on.
 

@@ -12,6 +12,7 @@ import signal
 import subprocess
 import sys
 import types
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,7 @@ from sdh_sim.campaign import run_campaign
 from sdh_sim.cli import main
 from sdh_sim.run_folder import RunFolder, RunPlan
 from sdh_sim.settings import TrialSettings
+from sdh_sim.shards import ShardWriter
 
 REPO = Path(__file__).parents[1]
 
@@ -348,6 +350,19 @@ def test_compare_joins_runs_and_says_what_is_unfinished(run, mixed, tmp_path, ca
     assert overall.split()[1] == str(6 + stable)
 
 
+def test_compare_counts_what_a_killed_run_left_in_shards(run, capsys):
+    rows = records.read_rows(run / "trials.parquet")
+    records.write_rows(rows[:1], run / "trials.parquet")
+    ShardWriter(run / "shards").append(rows[1:])
+    before = (run / "trials.parquet").read_bytes()
+    assert main(["compare", str(run), "--no-report"]) == 0
+    assert "3 trials left out" in capsys.readouterr().out  # the stand-ins' are all unstable
+    assert (run / "trials.parquet").read_bytes() == before  # a run that goes on is left alone
+    (shard,) = (run / "shards").iterdir()
+    shard.write_bytes(shard.read_bytes()[:-8])
+    assert "damaged" in fails(capsys, "compare", run)
+
+
 def test_compare_refuses(run, tmp_path, capsys):
     assert "does not exist" in fails(capsys, "compare", tmp_path / "none")
     (tmp_path / "empty").mkdir()
@@ -381,6 +396,8 @@ def writers(monkeypatch) -> list[tuple[str, object]]:
 
     def writer(name):
         def write(log, path=None):
+            if isinstance(log, Iterator):
+                assert len(list(log)) == 1
             calls.append((name, path))
             if path is not None:
                 Path(path).write_text(name)
@@ -388,7 +405,7 @@ def writers(monkeypatch) -> list[tuple[str, object]]:
         return write
 
     for module, names in (
-        ("recording", ["write_recording", "spawn_viewer"]),
+        ("recording", ["write_recordings", "spawn_viewer"]),
         ("render", ["render_trial"]),
     ):
         fake = types.ModuleType(module)
@@ -406,7 +423,7 @@ def test_show_repeats_the_trial_and_writes(run, tmp_path, capsys, quick, writers
     row = records.read_rows(run / "trials.parquet")[1]
     assert out.startswith(f"trial 1: box, seed {row['seed']}: ")
     assert out.splitlines()[1:] == [str(rrd), str(png)]
-    assert writers == [("write_recording", rrd), ("render_trial", png)]
+    assert writers == [("write_recordings", rrd), ("render_trial", png)]
 
 
 def test_show_opens_the_viewer_otherwise(run, quick, writers):
