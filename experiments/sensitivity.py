@@ -65,6 +65,7 @@ ASSUMPTIONS = {
     "position": Assumption("tracked position, s.d.", "mm", (0, 1, 2, 4, 8, 16), 0),
     "rotation": Assumption("tracked rotation, s.d.", "deg", (0, 1, 2, 4, 8, 16), 0),
     "offset": Assumption("object frame off along its z", "mm", (-20, -10, -5, 0, 5, 10, 20), 0),
+    "normals": Assumption("normals: pad's own 0, object's 1", "", (0, 0.25, 0.5, 0.75, 1), 1),
     "threshold": Assumption("threshold of contact", "kPa", (0, 1, 2, 5, 10, 20, 40), 0),
 }
 
@@ -128,7 +129,8 @@ def scores(setting: Setting, grasps: Sequence[Grasp | None], pads: str, seed: in
         # The same draws for every value: curves differ by the assumption alone.
         rng = np.random.default_rng((seed, row))
         snapshot, thing, limits = changed(grasp, setting, rng)
-        contacts = pad_contacts(snapshot, thing, limits, pads, hand)
+        share = setting.value if setting.key == "normals" else 1.0
+        contacts = pad_contacts(snapshot, thing, limits, pads, hand, share)
         if not contacts:
             continue
         edges = int(setting.value) if setting.key == "edges" else 12

@@ -14,6 +14,7 @@ import graspq as gq
 from sdh_sim import sdh2_constants as c
 from sdh_sim.hand import HandKinematics, live_mask, taxel_centres, torque_limits
 from sdh_sim.object_shape import rotation_of
+from sdh_sim.object_surface import surface_of
 from sdh_sim.objects import ObjectInfo
 from sdh_sim.pad_contact import PadContact
 from sdh_sim.settings import TrialSettings
@@ -23,6 +24,7 @@ from sdh_sim.unsensed import unsensed_contacts
 TASK_RADIUS = 0.02 / 3  # [m]
 TASK_SAMPLES = 20
 GRAVITY = 9.81  # [m/s^2]
+LOOK_DEPTH = 0.01  # beneath the pad's surface, in the finger [m]
 
 
 @dataclass(frozen=True)
@@ -105,15 +107,21 @@ def pad_contacts(
     torque_limit: tuple[float, float],
     pads: str,
     kinematics: HandKinematics,
+    surface_share: float = 1.0,
 ) -> tuple[PadContact, ...]:
     """Contact model of every pad that reads something (II-B).
 
+    Normals are those of the object's surface, as in the paper: rubber that meets an edge or lies
+    askew presses along them, 20° off the pad's own normal on average.
+
     Args:
         snapshot: what the hand sensed.
-        thing: friction and centre of mass of the object.
+        thing: shape, friction and centre of mass of the object.
         torque_limit: (spread and proximal, distal) [N m].
         pads: ``all`` or ``distal``.
         kinematics: the hand; its posture is changed.
+        surface_share: 1 takes the normals of the object's surface, 0 the pads' own, and what lies
+            between a mean of both.
     """
     kinematics.pose(snapshot.joint_angles)
     rotation, origin = rotation_of(snapshot.object_pose_hand[3:]), snapshot.object_pose_hand[:3]
@@ -134,15 +142,36 @@ def pad_contacts(
         shift = rotation.T @ (link_position - centre_of_mass)
         linear = kinematics.jacobian(body, link_position + link_rotation @ point)
         jacobian = np.vstack((rotation.T @ linear, rotation.T @ kinematics.spin_jacobian(body)))
-        inward = to_object @ normal
-        inward /= np.linalg.norm(inward)
-        g_max = gq.max_normal_force(jacobian[:3], inward, limits)
         centre = to_object @ point + shift
         patch = taxels @ to_object.T + shift
-        tau_max = gq.max_torsion(thing.friction, g_max, reading[reading > 0.0], patch, centre)
+        pressure = reading[reading > 0.0]
+        inward = _surface_normal(thing, to_object @ normal, patch, pressure, surface_share)
+        patch -= np.outer((patch - centre) @ inward, inward)
+        g_max = gq.max_normal_force(jacobian[:3], inward, limits)
+        tau_max = gq.max_torsion(thing.friction, g_max, pressure, patch, centre)
         contact = gq.Contact(centre, inward, thing.friction, g_max, tau_max, patch)
         found.append(PadContact(body, contact, jacobian))
     return tuple(found)
+
+
+def _surface_normal(
+    thing: ObjectInfo, own: np.ndarray, patch: np.ndarray, weights: np.ndarray, share: float
+) -> np.ndarray:
+    """Unit normal of the object's surface under a pad, into the object (3,).
+
+    Every taxel looks for the nearest surface from inside the finger, so that neither a dent in the
+    rubber nor a pose some millimetres off turns the answer round. Taxels whose nearest surface
+    faces them do not count; where none is left the pad's own normal does.
+    """
+    own = own / np.linalg.norm(own)
+    surface = surface_of(thing.name, thing.folder)
+    found = surface.inward_normals(patch + thing.com_m - LOOK_DEPTH * own)
+    mean = np.where(found @ own > 0.0, weights, 0.0) @ found
+    length = float(np.linalg.norm(mean))
+    if length <= 0.0:
+        return own
+    mixed = share * mean / length + (1.0 - share) * own
+    return mixed / np.linalg.norm(mixed)
 
 
 def _tangent_patch(kind: str, reading: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

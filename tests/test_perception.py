@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sdh_sim.hand import HandKinematics
+from sdh_sim.hand import HandKinematics, torque_limits
 from sdh_sim.objects import ObjectInfo, object_info
 from sdh_sim.perception import PadContact, gravity_task, pad_contacts, perceive
 from sdh_sim.tactile import TactileSnapshot
@@ -16,6 +16,7 @@ from sdh_sim.tactile import TactileSnapshot
 LIMIT = (1.6401, 1.0934)
 UPRIGHT = np.array([0, 0, 0, 1.0, 0, 0, 0])
 FINGER1, FINGER2, THUMB = range(3)
+OWN = 0.0  # share of the object's normal: the pads' own alone
 
 
 @pytest.fixture(scope="module")
@@ -141,7 +142,7 @@ def test_taxels_are_projected_onto_the_tangent_plane(kinematics, thing):
 
 def test_normals_point_from_every_pad_into_what_it_presses(kinematics, thing):
     cells = {(kind, finger, 9, 2): 1.0 for kind in ("proximal", "distal") for finger in range(3)}
-    contacts = pad_contacts(snapshot(cells), thing, LIMIT, "all", kinematics)
+    contacts = pad_contacts(snapshot(cells), thing, LIMIT, "all", kinematics, OWN)
     assert [p.pad for p in contacts] == [
         "finger1_proximal", "finger2_proximal", "thumb_proximal",
         "finger1_distal", "finger2_distal", "thumb_distal",
@@ -149,6 +150,42 @@ def test_normals_point_from_every_pad_into_what_it_presses(kinematics, thing):
     for p in contacts:
         sign = 1 if p.pad.startswith("thumb") else -1
         assert p.contact.normal == pytest.approx((sign, 0, 0), abs=1e-9)
+
+
+def test_normals_are_those_of_the_surface_that_a_pad_meets(kinematics, thing):
+    # The thumb leans by 30 degrees against the box's face at x = -35.9 mm, moved to where its pad
+    # is: however it leans, and however deep it seems to be in, the face looks along x.
+    cells = {("proximal", THUMB, 13, 2): 5.0, ("proximal", THUMB, 13, 3): 5.0}
+    for angle, depth in ((30, 0.0), (-20, 0.0), (10, 4e-3), (10, -4e-3)):
+        bent = snapshot(cells, angles=np.radians([0, 0, 0, angle, 0, 0, 0]))
+        own = only(pad_contacts(bent, thing, LIMIT, "all", kinematics, OWN)).contact
+        face = -35.9e-3 - thing.com_m[0]
+        pose = bent.object_pose_hand + (own.position[0] - face - depth, 0, 0, 0, 0, 0, 0)
+        there = replace(bent, object_pose_hand=pose)
+        found = only(pad_contacts(there, thing, LIMIT, "all", kinematics))
+        assert found.contact.normal == pytest.approx((1, 0, 0), abs=1e-6)
+        assert own.normal == pytest.approx(
+            (math.cos(math.radians(angle)), 0, -math.sin(math.radians(angle))), abs=1e-6
+        )
+        half = only(pad_contacts(there, thing, LIMIT, "all", kinematics, 0.5)).contact.normal
+        assert math.degrees(math.acos(half[0])) == pytest.approx(abs(angle) / 2, abs=1e-3)
+        # Equation (6) asks what the motors can push along that normal.
+        lever = found.contact.normal @ found.jacobian[:3]
+        assert found.contact.max_normal_force == pytest.approx(
+            float(min(limit / abs(arm) for limit, arm in
+                      zip(torque_limits(LIMIT), lever, strict=True) if abs(arm) > 1e-9))
+        )
+        patch = found.contact.patch
+        assert patch is not None
+        assert np.ptp(patch @ found.contact.normal) < 1e-12  # in the tangent plane
+
+
+def test_a_pad_far_from_any_surface_that_faces_it_keeps_its_own_normal(kinematics, thing):
+    # Behind the thumb lies the face that looks the other way.
+    cells = {("proximal", THUMB, 13, 2): 5.0}
+    behind = snapshot(cells, object_pose=[-0.2, 0, 0.15, 1, 0, 0, 0])
+    found = only(pad_contacts(behind, thing, LIMIT, "all", kinematics)).contact
+    assert found.normal == pytest.approx((1, 0, 0), abs=1e-12)
 
 
 def test_only_the_distal_pads_if_asked_for(kinematics, thing):
@@ -167,7 +204,7 @@ def test_contact_wanders_with_the_finger(kinematics, thing):
     # goes to (24.1368, 11.0061) from the axis at (-38.11, 91): (-13.9732, 102.0061).
     cells = {("proximal", THUMB, 13, 2): 5.0, ("proximal", THUMB, 13, 3): 5.0}
     bent = snapshot(cells, angles=np.radians([0, 0, 0, 30, 0, 0, 0]))
-    contact = only(pad_contacts(bent, thing, LIMIT, "all", kinematics)).contact
+    contact = only(pad_contacts(bent, thing, LIMIT, "all", kinematics, OWN)).contact
     assert contact.position * 1e3 == pytest.approx((-23.9732, -20, -77.9939), abs=1e-3)
     assert contact.normal == pytest.approx((0.8660254, 0, -0.5), abs=1e-6)
     assert contact.max_normal_force == pytest.approx(75.9306, abs=1e-4)  # same lever

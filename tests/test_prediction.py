@@ -10,7 +10,7 @@ import pytest
 
 from sdh_sim import perception
 from sdh_sim.hand import HandKinematics
-from sdh_sim.objects import ObjectInfo, object_info
+from sdh_sim.objects import ObjectInfo, object_info, user_object
 from sdh_sim.prediction import NO_READING, predict
 from sdh_sim.tactile import TactileSnapshot
 
@@ -29,6 +29,20 @@ def kinematics() -> HandKinematics:
 def on_the_spot(monkeypatch) -> None:
     """A centre of mass that is known exactly."""
     monkeypatch.setattr(perception, "TASK_RADIUS", 0.0)
+
+
+@pytest.fixture(scope="module")
+def plate(tmp_path_factory) -> ObjectInfo:
+    """A plate across the palm's y, wide enough that no edge is near, as heavy as the box."""
+    folder = tmp_path_factory.mktemp("plate")
+    (folder / "object.toml").write_text(
+        'name = "plate"\nmass = 0.831\nfriction = 0.63\ncom = [0.0, 0.0, 0.0]\n'
+    )
+    (folder / "plate.xml").write_text(
+        '<mujoco><worldbody><body><geom type="box" size="0.06 0.01 0.06"/></body></worldbody>'
+        "</mujoco>"
+    )
+    return object_info("plate", user_object(folder).reference)
 
 
 @pytest.fixture
@@ -69,34 +83,34 @@ def grasp(pinch) -> TactileSnapshot:
     )
 
 
-def test_a_pinch_lifts_by_friction_alone(on_the_spot, kinematics, thing, pinch):
+def test_a_pinch_lifts_by_friction_alone(on_the_spot, kinematics, plate, pinch):
     # Gravity across both normals. Each finger, at its own g*, can lift mu g*: together 2 mu g*.
     # Under the L1 bound the two share one g*: half of that.
-    found = predict(pinch, thing, LIMIT, "all", kinematics)
+    found = predict(pinch, plate, LIMIT, "all", kinematics)
     assert [p.contact.max_normal_force for p in found.contacts] == pytest.approx([G_MAX] * 2)
     assert found.q_linf == pytest.approx(2 * 0.63 * G_MAX / WEIGHT, rel=1e-4)  # 11.736
     assert found.q_l1 == pytest.approx(0.63 * G_MAX / WEIGHT, rel=1e-4)  # 5.868
     assert found.reason == ""
 
 
-def test_a_pinch_on_its_side_carries_with_the_lower_finger(on_the_spot, kinematics, thing, pinch):
+def test_a_pinch_on_its_side_carries_with_the_lower_finger(on_the_spot, kinematics, plate, pinch):
     # The hand rolled by 90 degrees, so that gravity runs along the normals: the lower finger
     # pushes up with g* and the upper one with nothing, whichever way round the hand lies.
     for sign in (1, -1):
         roll = np.array([0, 0, 0, math.sqrt(0.5), sign * math.sqrt(0.5), 0, 0])
-        found = predict(replace(pinch, hand_pose_world=roll), thing, LIMIT, "all", kinematics)
+        found = predict(replace(pinch, hand_pose_world=roll), plate, LIMIT, "all", kinematics)
         assert found.q_linf == pytest.approx(G_MAX / WEIGHT, rel=1e-4)  # 9.314
         assert found.q_l1 == pytest.approx(G_MAX / WEIGHT, rel=1e-4)
 
 
-def test_two_points_cannot_hold_a_centre_of_mass_off_their_line(kinematics, thing, pinch):
-    found = predict(pinch, thing, LIMIT, "all", kinematics)
+def test_two_points_cannot_hold_a_centre_of_mass_off_their_line(kinematics, plate, pinch):
+    found = predict(pinch, plate, LIMIT, "all", kinematics)
     assert found.q_linf == found.q_l1 == 0.0
     assert found.reason
 
 
-def test_without_friction_no_pinch(on_the_spot, kinematics, thing, pinch):
-    found = predict(pinch, replace(thing, friction=0.0), LIMIT, "all", kinematics)
+def test_without_friction_no_pinch(on_the_spot, kinematics, plate, pinch):
+    found = predict(pinch, replace(plate, friction=0.0), LIMIT, "all", kinematics)
     assert found.q_linf == found.q_l1 == 0.0
 
 
@@ -135,15 +149,15 @@ def test_q_keeps_below_what_all_contacts_can_push(kinematics, thing, grasp):
     assert 0 < found.q_linf < most / WEIGHT
 
 
-def test_it_depends_on_snapshot_mass_friction_com_and_limits_only(kinematics, thing, grasp):
+def test_it_depends_on_snapshot_shape_mass_friction_com_and_limits_only(kinematics, thing, grasp):
     base = predict(grasp, thing, LIMIT, "all", kinematics)
     # Elsewhere in the world, turned about the vertical: gravity is the same.
     turned = np.array([3.0, -2.0, 1.0, math.cos(0.4), 0, 0, math.sin(0.4)])
     # The same readings in other units.
     louder = replace(grasp, proximal=grasp.proximal * 7.0)
-    # Another name and shape of the object, which the whole hand's bound alone looks at.
+    # What the object needs to stand on the table and to be planned for.
     other = replace(
-        thing, name="oval_bottle", extents_m=np.ones(3), height=2.0, half_wide=1.0,
+        thing, extents_m=np.ones(3), height=2.0, half_wide=1.0,
         inertia_kgm2=np.eye(3), standing_height=9.0,
     )  # fmt: skip
     kinematics.pose(np.radians([30, 10, 20, 30, 40, 50, 60]))  # what was posed before
@@ -158,6 +172,8 @@ def test_it_depends_on_snapshot_mass_friction_com_and_limits_only(kinematics, th
     )
     assert (strained.q_linf, strained.q_l1) == (base.q_linf, base.q_l1)
     # And it does listen to what it may know.
+    rounder = predict(grasp, replace(thing, name="oval_bottle"), LIMIT, "all", kinematics)
+    assert rounder.q_linf != pytest.approx(base.q_linf)
     slippery = predict(grasp, replace(thing, friction=0.3), LIMIT, "all", kinematics)
     assert slippery.q_linf < base.q_linf
     askew = replace(thing, com_m=np.array([0.03, 0.0, 0.0]))
