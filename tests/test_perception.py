@@ -160,7 +160,8 @@ def test_normals_are_those_of_the_surface_that_a_pad_meets(kinematics, thing):
         bent = snapshot(cells, angles=np.radians([0, 0, 0, angle, 0, 0, 0]))
         own = only(pad_contacts(bent, thing, LIMIT, "all", kinematics, OWN)).contact
         face = -35.9e-3 - thing.com_m[0]
-        pose = bent.object_pose_hand + (own.position[0] - face - depth, 0, 0, 0, 0, 0, 0)
+        pose = bent.object_pose_hand.copy()
+        pose[0] += own.position[0] - face - depth
         there = replace(bent, object_pose_hand=pose)
         found = only(pad_contacts(there, thing, LIMIT, "all", kinematics))
         assert found.contact.normal == pytest.approx((1, 0, 0), abs=1e-6)
