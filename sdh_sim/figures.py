@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -28,11 +28,27 @@ def shown(study: Study) -> list[str]:
     return [m for m in study.metrics if m.startswith("q_")]
 
 
+def columns_for(count: int) -> int:
+    """Panels side by side of so many."""
+    return 2 if count <= 4 else 3
+
+
+def ceiling(values: Iterable[np.ndarray], least: float) -> float:
+    """Where an axis ends so that a few huge values do not press all others to the floor.
+
+    Values beyond are to be drawn at the edge, as the paper does.
+    """
+    every = np.concatenate([np.asarray(v, dtype=float) for v in values])
+    every = every[np.isfinite(every)]
+    return max(least, 1.15 * float(np.percentile(every, 99.5)) if len(every) else least)
+
+
 def boxes(study: Study) -> Figure:
     """Figure 7: distribution of q* per object for grasps that held and that did not."""
     metrics = shown(study)
-    columns = 2
+    columns = columns_for(len(metrics))
     rows = -(-len(metrics) // columns)
+    top = ceiling([study.findings[study.main, m].scored.scores for m in metrics], 3.0)
     figure, axes = fs.panels(columns, 2.9 * rows, rows, sharey=True)
     objects = _objects(study)
     for position, (ax, metric) in enumerate(zip(axes, metrics, strict=False)):
@@ -41,7 +57,8 @@ def boxes(study: Study) -> Figure:
             samples = []
             for name in objects:
                 scored = study.findings[name, metric].scored
-                samples.append(np.maximum(scored.scores[scored.success == outcome], 0.0))
+                scores = scored.scores[scored.success == outcome]
+                samples.append(np.clip(scores, 0.0, 0.985 * top))
             ax.boxplot(
                 samples,
                 positions=np.arange(len(objects)) + shift,
@@ -61,7 +78,7 @@ def boxes(study: Study) -> Figure:
         ax.set_xticks(range(len(objects)), [fs.object_text(name) for name in objects])
         ax.tick_params(axis="x", length=0)
         fs.letter(ax, position, fs.text_of(metric))
-    axes[0].set_ylim(bottom=-0.1)  # shared; the upper end is known once all are drawn
+    axes[0].set_ylim(-0.1, top)  # shared
     for ax in axes[len(metrics) :]:
         ax.set_visible(False)
     for ax in axes[::columns]:

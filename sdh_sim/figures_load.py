@@ -11,7 +11,7 @@ from matplotlib.ticker import PercentFormatter
 
 from sdh_sim import figure_style as fs
 from sdh_sim.compare import METRICS
-from sdh_sim.figures import shown
+from sdh_sim.figures import ceiling, columns_for, shown
 from sdh_sim.study import EVERY, Study
 
 _DOT: dict[str, Any] = {
@@ -61,16 +61,14 @@ def calibration(study: Study) -> Figure:
 def load_scatter(study: Study) -> Figure:
     """q* against q_sim, one dot a trial."""
     metrics = [m for m in shown(study) if m in study.load]
-    rows = -(-len(metrics) // 2)
-    figure, axes = fs.panels(2, 3.3 * rows, rows, sharex=True, sharey=True)
+    columns = columns_for(len(metrics))
+    rows = -(-len(metrics) // columns)
+    figure, axes = fs.panels(columns, (6.6 / columns) * rows, rows, sharex=True, sharey=True)
     largest = max(np.max(values[1], initial=1.0) for values in study.load.values())
-    for metric in metrics:
-        q = study.load[metric][0]
-        largest = max(largest, np.max(q[np.isfinite(q)], initial=1.0))
-    limit = 1.15 * float(largest)
+    limit = ceiling([study.load[metric][0] for metric in metrics], 1.15 * float(largest))
     for position, (ax, metric) in enumerate(zip(axes, metrics, strict=False)):
         q, q_sim, capped, unseen = study.load[metric]
-        q = np.maximum(q, 0.0)
+        q = np.clip(q, 0.0, 0.97 * limit)  # what lies beyond is drawn at the edge
         ax.plot([0, limit], [0, limit], color=fs.GREY, linewidth=0.9, linestyle=(0, (4, 3)))
         for part, face in ((~unseen, fs.COLOURS[metric]), (unseen, "white")):
             ax.plot(q_sim[part & ~capped], q[part & ~capped], markerfacecolor=face,
@@ -89,9 +87,10 @@ def load_scatter(study: Study) -> Figure:
         if a.spearman is not None:
             text += f",  rank correlation {a.spearman:.2f}"
         fs.letter(ax, position, text)
-        ax.set_ylabel("$q^*$ [weights]" if position % 2 == 0 else "")
-    for ax in axes[max(0, len(metrics) - 2) :]:
+        ax.set_ylabel("$q^*$ [weights]" if position % columns == 0 else "")
+    for ax in axes[max(0, len(metrics) - columns) : len(metrics)]:
         ax.set_xlabel(r"$q_{\mathrm{sim}}$ [weights]")
+        ax.tick_params(labelbottom=True)  # hidden where a panel that is not drawn lies below
     for ax in axes[len(metrics) :]:
         ax.set_visible(False)
     grey = "#444444"
@@ -129,8 +128,8 @@ def load_ratio(study: Study) -> Figure:
     ax.axvline(1.0, color=fs.GREY, linewidth=0.9, linestyle=(0, (4, 3)), zorder=0)
     ax.set_xscale("log")
     span = np.concatenate(samples) if samples else np.array([])
-    low = min(0.4, float(np.min(span, initial=0.4)) / 1.15)
-    high = max(2.5, float(np.max(span, initial=2.5)) * 1.15)
+    ends = np.percentile(span, (0.5, 99.5)) if len(span) else (0.4, 2.5)
+    low, high = min(0.4, float(ends[0]) / 1.15), max(2.5, float(ends[1]) * 1.15)
     ax.set_xlim(low, high)
     ticks = [t for t in (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20) if low <= t <= high]
     ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
