@@ -76,7 +76,7 @@ def boxes(study: Study) -> Figure:
             )
         ax.axhline(THRESHOLD, color=fs.GREY, linewidth=0.9, linestyle=(0, (4, 3)), zorder=0)
         ax.set_xticks(range(len(objects)), [fs.object_text(name) for name in objects])
-        ax.tick_params(axis="x", length=0)
+        ax.tick_params(axis="x", length=0, labelsize=None if columns == 2 else 6.5)
         fs.letter(ax, position, fs.text_of(metric))
     axes[0].set_ylim(-0.1, top)  # shared
     for ax in axes[len(metrics) :]:

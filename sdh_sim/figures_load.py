@@ -59,11 +59,11 @@ def calibration(study: Study) -> Figure:
 
 
 def load_scatter(study: Study) -> Figure:
-    """q* against q_sim, one dot a trial."""
+    """q* against q_sim, one dot a trial; ρ is the rank correlation."""
     metrics = [m for m in shown(study) if m in study.load]
     columns = columns_for(len(metrics))
     rows = -(-len(metrics) // columns)
-    figure, axes = fs.panels(columns, (6.6 / columns) * rows, rows, sharex=True, sharey=True)
+    figure, axes = fs.panels(columns, (1.0 + 5.4 / columns) * rows, rows, sharex=True, sharey=True)
     largest = max(np.max(values[1], initial=1.0) for values in study.load.values())
     limit = ceiling([study.load[metric][0] for metric in metrics], 1.15 * float(largest))
     for position, (ax, metric) in enumerate(zip(axes, metrics, strict=False)):
@@ -85,7 +85,7 @@ def load_scatter(study: Study) -> Figure:
         a = study.agreement[study.main, metric, EVERY]
         text = fs.TEXTS[metric]
         if a.spearman is not None:
-            text += f",  rank correlation {a.spearman:.2f}"
+            text += f", ρ {a.spearman:.2f}"
         fs.letter(ax, position, text)
         ax.set_ylabel("$q^*$ [weights]" if position % columns == 0 else "")
     for ax in axes[max(0, len(metrics) - columns) : len(metrics)]:

@@ -128,8 +128,8 @@ def _sections(study: Study, writer: _Writer, reference: Reference | None) -> lis
                     "Task scaling of every grasp before the lift, for grasps that held (full) and "
                     "that did not (hollow). Boxes: quartiles and median; whiskers: the last trial "
                     "within 1.5 interquartile ranges. Dashed: the decision boundary 1. Grasps "
-                    "that cannot exert the task at all are drawn at 0, values beyond the axis at its "
-                    "end.",
+                    "that cannot exert the task at all are drawn at 0, values beyond the axis at "
+                    "its end.",
                 ),
             ),
         ),
@@ -191,9 +191,9 @@ def _sections(study: Study, writer: _Writer, reference: Reference | None) -> lis
                         figures_load.load_scatter(study),
                         "The bound's promise q* against the load q_sim at which the object gave "
                         "way in simulation, one dot a trial; on the dashed line the bound is "
-                        "exact, above it too optimistic. Hollow: something that no pad feels "
-                        "bears load as well. The axes are linear up to 1, then logarithmic; what lies "
-                        "beyond is drawn at the edge.",
+                        "exact, above it too optimistic; ρ is the rank correlation. Hollow: "
+                        "something that no pad feels bears load as well. The axes are linear up "
+                        "to 1, then logarithmic; what lies beyond is drawn at the edge.",
                     ),
                     writer.draw(
                         "load_ratio",
