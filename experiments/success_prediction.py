@@ -20,7 +20,7 @@ import pyarrow as pa
 
 from experiments import baselines
 from experiments.load_reasons import load_section
-from experiments.metric_grid import Variant, evaluate_all, grid
+from experiments.metric_grid import MapRows, Variant, evaluate_all, grid
 from experiments.metric_scores import Candidate, Result, assess, forest, results_table
 from experiments.parallel import run_all
 from experiments.published import DERIVED, GRASPS, REFERENCE
@@ -33,6 +33,7 @@ from sdh_sim.report_tables import write_table
 from sdh_sim.run_folder import RunFolder
 from sdh_sim.stored import read_stored
 from sdh_sim.study import Study, study_of
+from sdh_sim.trial_tables import SURPLUS
 
 FOLDER = "success_prediction"
 _COLUMNS = {
@@ -71,9 +72,8 @@ def main(argv: Sequence[str] | None = None) -> None:
     unseen = unseen_contacts(rows, args.pads)
     rows = [{**row, "unsensed_contact": flag} for row, flag in zip(rows, unseen, strict=True)]
     variants = grid(args.full)
-    values = evaluate_all(
-        rows, variants, functools.partial(run_all, title="metrics", workers=args.workers)
-    )
+    in_parallel = functools.partial(run_all, title="metrics", workers=args.workers)
+    values = evaluated(rows, variants, in_parallel)
     table = _with_column(table, "unsensed_contact", pa.array(unseen))
     study = study_of(with_pads(table, values, args.pads), tuple(_COLUMNS))
     results = assess(table, [*wrench_candidates(values), *plain_candidates(rows, table)])
@@ -120,6 +120,19 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
     if len({run.resolve() for run in args.runs}) != len(args.runs):
         fail("a run is given twice; its trials would count double")
     return args
+
+
+def evaluated(
+    rows: Sequence[dict[str, Any]], variants: Sequence[Variant], run: MapRows
+) -> dict[Variant, np.ndarray]:
+    """Values (n,) of every variant; NaN for trials beyond their share, which count nowhere."""
+    counted = np.array([not row.get(SURPLUS) for row in rows])
+    found = evaluate_all([row for row, c in zip(rows, counted, strict=True) if c], variants, run)
+    values = {}
+    for variant, column in found.items():
+        values[variant] = np.full(len(rows), np.nan)
+        values[variant][counted] = column
+    return values
 
 
 def unseen_contacts(rows: Sequence[dict[str, Any]], pads: str) -> list[bool]:
