@@ -90,7 +90,7 @@ def lift(
         str | None,
         typer.Option(
             help="paper: fingertip grasps until each object has the paper's share of stable and "
-            "unstable ones. fast: a time step of 4 ms."
+            "unstable ones. fast: a time step of 4 ms, to explore."
         ),
     ] = None,
     grasps: Annotated[
