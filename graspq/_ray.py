@@ -128,14 +128,15 @@ def shoot(state, task, size, body, pads, stop, score, choice, short):
         good, value, upper, left = _settle(state, task, size, body, pads, score, choice, stop)
         if good and left == 0.0 and upper <= value * (1.0 + max(1e-9, 10.0 * stop)):
             return SOLVED, value, value, max(upper, value)
-    small = TALL if plain else SMALL
     jitter = 1e-10
     best = np.inf
-    for attempt in range(4):
+    # The first attempt of a plain polytope is the quick one; the others are the careful ones.
+    for attempt in range(0 if plain else 1, 5):
+        small = TALL if attempt == 0 else SMALL
         start_basis(state, task, size, small)
         target = task.copy()
         for r in range(6):
-            push = jitter * far * size[r] * (1.0 + 0.37 * ((r * 5 + 3 * attempt) % 7))
+            push = jitter * far * size[r] * (1.0 + 0.37 * ((r * 5 + 3 * max(attempt - 1, 0)) % 7))
             target[r] += push if task[r] >= 0.0 else -push
         shrunk = False
         while True:
@@ -159,7 +160,7 @@ def shoot(state, task, size, body, pads, stop, score, choice, short):
             if not good:
                 break
             if left <= max(1e-12, 10.0 * stop):
-                if best > value * (1.0 + max(1e-9, 10.0 * stop)) and attempt < 3:
+                if best > value * (1.0 + max(1e-9, 10.0 * stop)) and attempt < 4:
                     break
                 return SOLVED, value, value, max(best, value)
             if shrunk:
@@ -171,7 +172,8 @@ def shoot(state, task, size, body, pads, stop, score, choice, short):
             shrunk = True
             if not invert(state[0], state[1]):
                 break
-        jitter *= 30.0
+        if attempt > 0:
+            jitter *= 30.0
     return CAPPED, 0.0, 0.0, best
 
 
