@@ -112,7 +112,7 @@ def pad_contacts(
     """Contact model of every pad that reads something (II-B).
 
     Normals are those of the object's surface, as in the paper: rubber that meets an edge or lies
-    askew presses along them, 20° off the pad's own normal on average.
+    askew presses along them, 15° off the pad's own normal on average.
 
     Args:
         snapshot: what the hand sensed.
