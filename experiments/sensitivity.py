@@ -255,8 +255,9 @@ def draw(lines: Sequence[Line], count: int, path: Path) -> None:
     """One panel per assumption: AUC and accuracy under both bounds."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(11, 8.2), layout="constrained")
-    axes = figure.subplots(3, 4).ravel()
+    rows = -(-(len(ASSUMPTIONS) + 1) // 4)  # one more for the legend
+    figure = Figure(figsize=(11, 2.75 * rows), layout="constrained")
+    axes = figure.subplots(rows, 4).ravel()
     styles = (("#0072b2", "L∞"), ("#d55e00", "L1"))
     for ax, (key, assumption) in zip(axes, ASSUMPTIONS.items(), strict=False):
         mine = [line for line in lines if line.key == key]
