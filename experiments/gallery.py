@@ -26,13 +26,14 @@ from sdh_sim.trial import run_trial
 
 NO_TRUTH = ("unstable_simulation", "error")
 MOVED_MM = 2.0  # of the object in the hand: from then on it is on its way out
+SHOWN = ("q_linf", "q_l1", "q_capability", "q_held", "q_whole_hand")
 
 
 def mispredicted(
     rows: Sequence[Mapping[str, Any]], metric: str, each: int
 ) -> dict[str, list[Mapping[str, Any]]]:
     """The clearest trials of both kinds, clearest first."""
-    known = [r for r in rows if r["failure"] not in NO_TRUTH and r[metric] is not None]
+    known = [r for r in rows if r["failure"] not in NO_TRUTH and r.get(metric) is not None]
     false_alarm = [r for r in known if r["success"] and r[metric] <= 1.0]
     missed = [r for r in known if not r["success"] and r[metric] > 1.0]
     return {
@@ -53,7 +54,8 @@ def mechanism(row: Mapping[str, Any], log: TrialLog) -> str:
             f"{100 * unsensed / total:.0f} % of the grip's normal force is on parts without sensor"
         )
     if row["contacts"] is not None and row["contacts"] < 2:
-        sentences.append(f"only {row['contacts']} pad felt the object")
+        felt = "only one of the pads used" if row["contacts"] else "none of the pads used"
+        sentences.append(f"{felt} felt the object")
     saturated = np.abs(row["motor_torque_nm"]) > 0.95 * np.asarray(row["torque_limit_nm"])
     sentences.append(f"{int(saturated.sum())} of 7 motors at their limit in the grip")
     if row["success"]:
@@ -118,8 +120,7 @@ def main(argv: list[str] | None = None) -> int:
     """Make the gallery."""
     parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
     parser.add_argument("run", type=Path, help="run folder of sdh-sim lift")
-    parser.add_argument("--metric", default="q_linf", choices=("q_linf", "q_l1", "q_capability",
-                                                               "q_held"))  # fmt: skip
+    parser.add_argument("--metric", default="q_linf", choices=SHOWN)
     parser.add_argument("--each", type=int, default=3, help="trials of each kind [3]")
     parser.add_argument("--out", type=Path, help="where to write [RUN/report/gallery]")
     parser.add_argument("--no-pictures", action="store_true", help="recordings alone")
