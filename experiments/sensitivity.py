@@ -255,8 +255,8 @@ def draw(lines: Sequence[Line], count: int, path: Path) -> None:
     """One panel per assumption: AUC and accuracy under both bounds."""
     from matplotlib.figure import Figure
 
-    rows = -(-(len(ASSUMPTIONS) + 1) // 4)  # one more for the legend
-    figure = Figure(figsize=(11, 2.75 * rows), layout="constrained")
+    rows = -(-len(ASSUMPTIONS) // 4)
+    figure = Figure(figsize=(11, 2.75 * rows + 0.5), layout="constrained")
     axes = figure.subplots(rows, 4).ravel()
     styles = (("#0072b2", "L∞"), ("#d55e00", "L1"))
     for ax, (key, assumption) in zip(axes, ASSUMPTIONS.items(), strict=False):
@@ -274,8 +274,8 @@ def draw(lines: Sequence[Line], count: int, path: Path) -> None:
         ax.spines[["top", "right"]].set_visible(False)
     for ax in axes[len(ASSUMPTIONS) :]:
         ax.set_axis_off()
-    axes[len(ASSUMPTIONS)].legend(
-        *axes[0].get_legend_handles_labels(), loc="center", frameon=False,
+    figure.legend(
+        *axes[0].get_legend_handles_labels(), loc="outside lower center", frameon=False, ncols=4,
         title=f"{count} grasps; grey: what is assumed",
     )  # fmt: skip
     figure.savefig(path, dpi=160)
