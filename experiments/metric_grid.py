@@ -5,13 +5,14 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 import graspq as gq
+from sdh_sim.extensions import ObjectFolder
 from sdh_sim.hand import HandKinematics
 from sdh_sim.metrics import hand_bound, wrench_sets
 from sdh_sim.perception import PerceivedGrasp
@@ -137,11 +138,13 @@ def _hand() -> HandKinematics:
     return HandKinematics()
 
 
-def evaluate_row(job: tuple[dict[str, Any], Sequence[Variant]]) -> list[float]:
+def evaluate_row(
+    job: tuple[dict[str, Any], Sequence[Variant], Mapping[str, ObjectFolder]],
+) -> list[float]:
     """Values of the variants for one row; NaN where the trial ended before its snapshot."""
-    row, variants = job
+    row, variants, folders = job
     found: dict[Variant, float] = {}
-    grasps = {pads: grasp_of(row, pads, _hand()) for pads in PADS}
+    grasps = {pads: grasp_of(row, pads, _hand(), folders) for pads in PADS}
     # Where the proximal pads feel nothing, all pads see what the distal ones see.
     same = len({len(grasp.contacts) for grasp in grasps.values() if grasp is not None}) == 1
     for variant in variants:
@@ -155,7 +158,10 @@ def evaluate_row(job: tuple[dict[str, Any], Sequence[Variant]]) -> list[float]:
 
 
 def evaluate_all(
-    rows: Sequence[dict[str, Any]], variants: Sequence[Variant], run: MapRows
+    rows: Sequence[dict[str, Any]],
+    variants: Sequence[Variant],
+    run: MapRows,
+    folders: Mapping[str, ObjectFolder] | None = None,
 ) -> dict[Variant, np.ndarray]:
     """Values (n,) of every variant.
 
@@ -163,6 +169,11 @@ def evaluate_all(
         rows: as ``sdh_sim.stored.read_stored`` gives them.
         variants: what to evaluate.
         run: applies a function to every job, in order; may do so in several processes.
+        folders: of users' objects, by name.
+
+    Raises:
+        SettingsError: an object that is neither built in nor among the folders.
     """
-    values = np.array(run(evaluate_row, [(row, variants) for row in rows]), dtype=float)
+    jobs = [(row, variants, folders or {}) for row in rows]
+    values = np.array(run(evaluate_row, jobs), dtype=float)
     return {variant: values[:, k] for k, variant in enumerate(variants)}

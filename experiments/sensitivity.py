@@ -12,7 +12,7 @@ import argparse
 import csv
 import functools
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -24,11 +24,13 @@ from rich.table import Table
 import graspq as gq
 from experiments.parallel import run_all
 from sdh_sim.compare import auc
+from sdh_sim.extensions import ObjectFolder
 from sdh_sim.hand import MOTOR_NAMES, HandKinematics
 from sdh_sim.object_shape import rotation_of
 from sdh_sim.objects import ObjectInfo
 from sdh_sim.perception import GRAVITY, TASK_RADIUS, TASK_SAMPLES, pad_contacts
 from sdh_sim.records import RecordError
+from sdh_sim.run_folder import RunFolder
 from sdh_sim.stored import object_of, read_stored, snapshot_of
 from sdh_sim.tactile import TactileSnapshot
 
@@ -153,10 +155,11 @@ def read_grasps(run: Path) -> tuple[list[Grasp | None], np.ndarray]:
     """Grasps of a run and whether each held, without surplus and without trials without truth."""
     _, rows = read_stored([run / "trials.parquet"])
     kept = [r for r in rows if r["failure"] not in NO_TRUTH and not r.get("surplus")]
-    return [_grasp(row) for row in kept], np.array([bool(r["success"]) for r in kept])
+    folders = RunFolder(run).read_plan().folders
+    return [_grasp(row, folders) for row in kept], np.array([bool(r["success"]) for r in kept])
 
 
-def _grasp(row: dict[str, Any]) -> Grasp | None:
+def _grasp(row: dict[str, Any], folders: Mapping[str, ObjectFolder]) -> Grasp | None:
     snapshot = snapshot_of(row)
     if snapshot is None:
         return None
@@ -165,7 +168,7 @@ def _grasp(row: dict[str, Any]) -> Grasp | None:
         float(limit[MOTOR_NAMES.index("finger1_proximal")]),
         float(limit[MOTOR_NAMES.index("finger1_distal")]),
     )
-    return snapshot, object_of(row), pair
+    return snapshot, object_of(row, folders), pair
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -207,8 +210,6 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _pads_of(run: Path) -> str:
-    from sdh_sim.run_folder import RunFolder
-
     return RunFolder(run).read_plan().settings.pads
 
 

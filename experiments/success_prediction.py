@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 import functools
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -26,11 +26,13 @@ from experiments.parallel import run_all
 from experiments.published import DERIVED, GRASPS, REFERENCE
 from sdh_sim import compare
 from sdh_sim import report_html as html
+from sdh_sim.extensions import ObjectFolder
 from sdh_sim.records import RecordError
 from sdh_sim.report import Draw, write_report
 from sdh_sim.report_html import Section
 from sdh_sim.report_tables import write_table
-from sdh_sim.run_folder import RunFolder
+from sdh_sim.run_folder import RunError, RunFolder
+from sdh_sim.settings import SettingsError
 from sdh_sim.stored import read_stored
 from sdh_sim.study import Study, study_of
 from sdh_sim.trial_tables import SURPLUS
@@ -73,7 +75,13 @@ def main(argv: Sequence[str] | None = None) -> None:
     rows = [{**row, "unsensed_contact": flag} for row, flag in zip(rows, unseen, strict=True)]
     variants = grid(args.full)
     in_parallel = functools.partial(run_all, title="metrics", workers=args.workers)
-    values = evaluated(rows, variants, in_parallel)
+    try:
+        folders = {}
+        for run in args.runs:
+            folders |= RunFolder(run).read_plan().folders if run.is_dir() else {}
+        values = evaluated(rows, variants, in_parallel, folders)
+    except (SettingsError, RunError) as error:
+        fail(str(error))
     table = _with_column(table, "unsensed_contact", pa.array(unseen))
     study = study_of(with_pads(table, values, args.pads), tuple(_COLUMNS))
     results = assess(table, [*wrench_candidates(values), *plain_candidates(rows, table)])
@@ -123,11 +131,15 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
 
 
 def evaluated(
-    rows: Sequence[dict[str, Any]], variants: Sequence[Variant], run: MapRows
+    rows: Sequence[dict[str, Any]],
+    variants: Sequence[Variant],
+    run: MapRows,
+    folders: Mapping[str, ObjectFolder],
 ) -> dict[Variant, np.ndarray]:
     """Values (n,) of every variant; NaN for trials beyond their share, which count nowhere."""
     counted = np.array([not row.get(SURPLUS) for row in rows])
-    found = evaluate_all([row for row, c in zip(rows, counted, strict=True) if c], variants, run)
+    kept = [row for row, c in zip(rows, counted, strict=True) if c]
+    found = evaluate_all(kept, variants, run, folders)
     values = {}
     for variant, column in found.items():
         values[variant] = np.full(len(rows), np.nan)

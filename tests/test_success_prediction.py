@@ -34,7 +34,7 @@ def real() -> dict:
         row = run_trial(TrialSettings("oval_bottle"), seed).row
         if np.any(row.get("tactile_proximal")) and row["contacts"] <= 4:
             row = {"trial": 0, **row, "q_sim": 2.0, "q_sim_capped": False}
-            if evaluate_row((records.normalise(row), fingertips))[0] > 0.1:
+            if evaluate_row((records.normalise(row), fingertips, {}))[0] > 0.1:
                 return row
     raise AssertionError("no such grasp")
 
@@ -98,7 +98,7 @@ def test_the_papers_variants_are_the_columns_of_the_trial(real, variant, column)
         assert len(grasp.contacts) > MAX_VOLUME_CONTACTS
         return
     assert evaluate(variant, grasp) == pytest.approx(in_trial, rel=1e-9)
-    (value,) = evaluate_row((row, [variant]))
+    (value,) = evaluate_row((row, [variant], {}))
     if row[column] is not None:
         assert value == pytest.approx(row[column], rel=1e-4)
 
@@ -107,7 +107,8 @@ def test_assumptions_move_q_the_way_they_must(real):
     row = records.normalise(real)
 
     def q(**change) -> float:
-        return evaluate_row((row, [replace(Variant("q", "linf", 12, "hf"), **change)]))[0]
+        variant = replace(Variant("q", "linf", 12, "hf"), **change)
+        return evaluate_row((row, [variant], {}))[0]
 
     assert q(bound="l1") < q()
     assert q(augment="none") <= q(augment="fl") <= q() <= q(augment="sf")
@@ -120,8 +121,8 @@ def test_no_contact_and_no_snapshot(real):
     row = records.normalise(real)
     untouched = {"tactile_distal": np.zeros((3, 13, 6)), "tactile_proximal": np.zeros((3, 14, 6))}
     empty = {**row, **untouched}
-    assert set(evaluate_row((empty, grid()))) == {0.0}
-    assert np.isnan(evaluate_row(({**row, "joint_angles_rad": None}, grid()))).all()
+    assert set(evaluate_row((empty, grid(), {}))) == {0.0}
+    assert np.isnan(evaluate_row(({**row, "joint_angles_rad": None}, grid(), {}))).all()
 
 
 def table_of(success, objects=None) -> pa.Table:
