@@ -99,17 +99,17 @@ def test_what_needs_vertices_says_so():
 @pytest.mark.parametrize("kind", ["antipodal", "symmetric", "patch"])
 def test_epsilon_of_round_sets_ends_soon_and_never_below_the_sample(kind):
     # Sets of revolution touch their ball along whole arcs: an answer or an error, and soon.
-    for edges in (None, 12):  # compiles
-        gq.epsilon(sets([gq.Contact([0, 0, 0], [0, 0, 1.0], 0.5)], edges))
-    for seed in range(4):
+    augment = "sf" if kind == "patch" else "none"
+    spent = []
+    for seed in (0, *range(4)):
         rng = np.random.default_rng([seed, 41])
         made = contacts(rng, kind)
-        augment = "sf" if kind == "patch" else "none"
         begin, exact = time.process_time(), np.inf
         with contextlib.suppress(gq.GraspError):
             exact = gq.epsilon(sets(made, None, augment), tol=1e-4)
         assert exact >= gq.epsilon(sets(made, 12, augment)) * (1 - 1e-6)
-        assert time.process_time() - begin < 30
+        spent.append(time.process_time() - begin)
+    assert max(spent[1:]) < 30  # the first compiles
 
 
 def test_a_task_on_the_edge_of_sets_that_only_just_hold_the_origin():

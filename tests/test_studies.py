@@ -15,10 +15,10 @@ LIMITS = (1.6401, 1.0934)
 
 @pytest.fixture
 def grasp():
-    """Thumb against two fingers on a bottle, four cells each."""
+    """Thumb against two fingers on an upright bottle, four cells each."""
     distal = np.zeros((3, 13, 6))
     distal[:, 7:9, 2:4] = 50.0
-    pose = np.array([0.0, 0.0, 0.2, 1.0, 0.0, 0.0, 0.0])
+    pose = np.array([0.0, 0.0, 0.2, np.sqrt(0.5), np.sqrt(0.5), 0.0, 0.0])
     hand = np.array([0.5, 0.0, 0.3, 1.0, 0.0, 0.0, 0.0])
     snapshot = TactileSnapshot(
         np.zeros((3, 14, 6)), distal, np.zeros(7), np.zeros(7), pose, hand
