@@ -155,7 +155,7 @@ def read_grasps(run: Path) -> tuple[list[Grasp | None], np.ndarray]:
     """Grasps of a run and whether each held, without surplus and without trials without truth."""
     _, rows = read_stored([run / "trials.parquet"])
     kept = [r for r in rows if r["failure"] not in NO_TRUTH and not r.get("surplus")]
-    folders = RunFolder(run).read_plan().folders
+    folders = RunFolder(run).read_plan().folders if (run / "run.json").exists() else {}
     return [_grasp(row, folders) for row in kept], np.array([bool(r["success"]) for r in kept])
 
 

@@ -78,7 +78,8 @@ def main(argv: Sequence[str] | None = None) -> None:
     try:
         folders = {}
         for run in args.runs:
-            folders |= RunFolder(run).read_plan().folders if run.is_dir() else {}
+            if (run / "run.json").exists():
+                folders |= RunFolder(run).read_plan().folders
         values = evaluated(rows, variants, in_parallel, folders)
     except (SettingsError, RunError) as error:
         fail(str(error))
