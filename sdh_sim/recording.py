@@ -63,7 +63,7 @@ def write_recordings(logs: Iterable[TrialLog], path: Path) -> None:
 
     Raises:
         OSError: the disk refused.
-        RuntimeError: rerun could not join them.
+        RunError: rerun could not join them.
     """
     with tempfile.TemporaryDirectory(dir=Path(path).absolute().parent, prefix=".rrd-") as folder:
         parts = []
@@ -80,7 +80,7 @@ def write_recordings(logs: Iterable[TrialLog], path: Path) -> None:
         )
         if done.returncode != 0:
             last = (done.stderr.strip().splitlines() or ["no message"])[-1]
-            raise RuntimeError(f"rerun could not join {len(parts)} recordings: {last}")
+            raise RunError(f"rerun could not join {len(parts)} recordings: {last}")
         os.replace(joined, path)
 
 
