@@ -120,17 +120,17 @@ def contact_wrenches(
     if augment != "none" and contact.patch is None:
         raise GraspError(f"augment: {augment!r} needs the taxels of the contact, but its"
                          " patch is None; give a patch or augment='none'")
-    taxels = contact.patch if augment != "none" and contact.patch is not None else []
+    taxels = contact.patch if augment != "none" and contact.patch is not None else np.empty((0, 3))
     if edges is None:
         return _ellipsoids(contact, taxels, augment, scale, about)
     force, spin = _friction_samples(contact, int(edges), soft=contact.max_torsion > 0)
-    blocks = [_wrenches(contact.position - about, force, spin)]
+    wrenches = _wrenches(contact.position[None] - about, force, spin)
     if augment == "fl":
         force, spin = contact.max_normal_force * contact.normal[:, None], np.zeros((3, 1))
     elif augment == "hf":
         force, spin = _friction_samples(contact, int(edges), soft=False)
-    blocks += [_wrenches(taxel - about, force, spin) for taxel in taxels]
-    wrenches = np.hstack(blocks)
+    if len(taxels):
+        wrenches = np.hstack([wrenches, _wrenches(taxels - about, force, spin)])
     wrenches[3:] *= scale
     return wrenches
 
@@ -145,18 +145,17 @@ def _ellipsoids(
     spin = np.zeros((3, 4))
     spin[:, 3] = contact.max_torsion * contact.normal
 
-    def at(point: np.ndarray, twist: bool) -> np.ndarray:
-        wrench = _wrenches(point - about, force, spin if twist else 0.0 * spin)
-        wrench[3:] *= scale
-        return wrench
+    def at(points: np.ndarray, twist: bool) -> np.ndarray:
+        wrenches = _wrenches(points - about, force, spin if twist else 0.0 * spin)
+        wrenches[3:] *= scale
+        return wrenches.reshape(6, len(points), 4).swapaxes(0, 1)
 
-    blocks = [at(contact.position, True)]
+    stack = at(contact.position[None], True)
     loose = np.zeros((6, 0))
     if augment == "fl":
-        loose = np.column_stack([at(taxel, False)[:, 0] for taxel in taxels])
-    else:
-        blocks += [at(taxel, augment == "sf") for taxel in taxels]
-    stack = np.stack(blocks)
+        loose = at(taxels, False)[:, :, 0].T
+    elif len(taxels):
+        stack = np.vstack([stack, at(taxels, augment == "sf")])
     return EllipsoidSet(stack[:, :, 0].T, stack[:, :, 1:], loose)
 
 
@@ -174,9 +173,15 @@ def _friction_samples(contact: Contact, edges: int, soft: bool) -> tuple[np.ndar
     return force, spin
 
 
-def _wrenches(arm: np.ndarray, force: np.ndarray, spin: np.ndarray) -> np.ndarray:
-    moment = np.cross(arm, force, axisb=0, axisc=0) + spin
-    return np.vstack([force, moment])
+def _wrenches(arms: np.ndarray, force: np.ndarray, spin: np.ndarray) -> np.ndarray:
+    """Wrenches (6, k l) of l forces and free moments (3, l) at each of k points (k, 3)."""
+    count = len(arms)
+    x, y, z = (column[:, None] for column in arms.T)
+    moment = np.stack([y * force[2] - z * force[1], z * force[0] - x * force[2],
+                       x * force[1] - y * force[0]]) + spin[:, None]
+    wrenches = np.empty((6, count, force.shape[1]))
+    wrenches[:3], wrenches[3:] = force[:, None], moment
+    return wrenches.reshape(6, -1)
 
 
 def _frozen(array: np.ndarray) -> np.ndarray:
