@@ -20,6 +20,7 @@ from pathlib import Path
 
 from rich.table import Table
 
+from experiments import validation_carry as carrying
 from experiments import validation_forces as forces
 from experiments import validation_friction as friction
 from experiments import validation_motion as motion
@@ -49,6 +50,7 @@ CHECKS: dict[str, tuple[str, Check]] = {
     "release": ("Released object: momentum, energy, spin", motion.release),
     "sensor_creep": ("Creep of the tactile arrays: p (1 - a exp(-t / T))", sensor.sensor_creep),
     "numerics": ("Independence of time step, tolerance and impratio", motion.numerics),
+    "carry": ("Independence of the time step while the arm moves", carrying.carry),
 }  # fmt: skip
 
 

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
+from experiments.validation_carry import SAMPLE
 from experiments.validation_pads import bed
 from experiments.validation_rigs import TAXEL_RADIUS
 from experiments.validation_sensor import PUBLISHED
@@ -263,6 +264,24 @@ def numerics(curves: dict[str, Any]) -> Figure:
     return figure
 
 
+def carry(curves: dict[str, Any]) -> Figure:
+    """Where a held object is in the hand through the lift, less where the finest step has it."""
+    ways = curves["ways"]
+    figure, axes = _figure(len(ways), 1.0 + 2.2 * len(ways), 2.6, sharey=True, squeeze=False)
+    for ax, (name, (finest, steps, implicit)) in zip(axes[0], ways.items(), strict=True):
+        time = SAMPLE * np.arange(len(finest))
+        for index, (step, way) in enumerate(steps.items()):
+            ax.semilogy(time, 1e6 * np.linalg.norm(way - finest, axis=1), color=PALETTE[index],
+                        label=f"{1e3 * step:g} ms")  # fmt: skip
+        ax.semilogy(time, 1e6 * np.linalg.norm(implicit - finest, axis=1), color=FAINT, ls="--",
+                    label=f"{1e3 * curves['implicit']:g} ms, implicit damping")  # fmt: skip
+        ax.set(xlabel="time in the lift [s]", title=name.replace("_", " "))
+        ax.set_ylim(0.1, 1e4)
+    axes[0][0].set_ylabel("off the place at 0.5 ms [µm]")
+    figure.legend(*axes[0][0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    return figure
+
+
 def sensor_creep(curves: dict[str, Any]) -> Figure:
     """Reading under a constant pressure over time, with the published slopes."""
     figure, ax = _figure(1, 4.6, 3.0)
@@ -280,7 +299,7 @@ PICTURES: dict[str, Callable[[dict[str, Any]], Figure]] = {
     draw.__name__: draw
     for draw in (
         pad_onset, clamp_drop, torsion_onset, single_finger, two_pads, tactile_total, whole_grasp,
-        ball, modulus, release, numerics, sensor_creep,
+        ball, modulus, release, numerics, carry, sensor_creep,
     )
 }  # fmt: skip
 

@@ -32,7 +32,7 @@ TAXEL_RADIUS = 0.0132  # [m] of the taxels' spheres in the middle columns of a p
 
 @dataclass(frozen=True)
 class Spoil:
-    """Factors that falsify the simulated model behind a check's back; 1 leaves it as it is.
+    """What falsifies the simulated model behind a check's back; factors of 1 leave it as it is.
 
     The checks predict from the true values, so a test can see that they fail.
 
@@ -44,6 +44,7 @@ class Spoil:
         gravity: on the acceleration of a released thing, and on the support that the real cell
             gives the hand's own weight.
         creep: on the time constant of the tactile arrays' creep.
+        implicit: take damping implicitly, behind the contact solver's back.
     """
 
     stiffness: float = 1.0
@@ -52,6 +53,7 @@ class Spoil:
     impratio: float = 1.0
     gravity: float = 1.0
     creep: float = 1.0
+    implicit: bool = False
 
 
 HONEST = Spoil()

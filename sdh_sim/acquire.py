@@ -37,16 +37,14 @@ def acquire(cell: Cell, thing: ObjectInfo, course: Course) -> None:
     cell.phase = "close"
     for _ in range(round(CLOSE_TIME / cell.tick_time)):
         torques = data.actuator_force[scene.motors]
-        data.ctrl[scene.motors] = fingers.close(torques, cell.tick_time)
-        cell.tick()
+        cell.tick(hand=fingers.close(torques, cell.tick_time))
         if fingers.closed:
             break
     cell.phase = "squeeze"
     quiet = 0.0
     for _ in range(round(SQUEEZE_TIME / cell.tick_time)):
         angles = data.qpos[scene.motor_qpos]
-        data.ctrl[scene.motors] = fingers.squeeze(angles, cell.tick_time)
-        cell.tick()
+        cell.tick(hand=fingers.squeeze(angles, cell.tick_time))
         speed = data.qvel[scene.object_dof : scene.object_dof + 6]
         still = np.linalg.norm(speed[:3]) < REST_SPEED and np.linalg.norm(speed[3:]) < REST_SPIN
         quiet = quiet + cell.tick_time if still else 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from collections.abc import Callable, Iterator
 
 import mujoco
@@ -51,33 +52,45 @@ class Cell:
         """Simulated time [s]."""
         return float(self.data.time)
 
-    def tick(self, arm: np.ndarray | None = None) -> None:
+    def tick(self, arm: np.ndarray | None = None, hand: np.ndarray | None = None) -> None:
         """One control period; peaks and divergence are looked at in every step.
 
+        References go to their new values evenly from step to step: in jumps they would shake
+        the hand.
+
         Args:
-            arm: where the arm's references go meanwhile (6,) [rad], evenly from step to step: in
-                jumps they would shake the hand.
+            arm: references of the arm's joints at the end (6,) [rad]; None keeps them.
+            hand: references of the hand's motors at the end (7,) [rad]; None keeps them.
 
         Raises:
             Diverged: a speed or acceleration is not finite, or a speed beyond any meaning.
         """
-        model, data, motors = self.scene.model, self.data, self.scene.motors
-        speed, acceleration = data.qvel, data.qacc
-        joints = self.scene.arm_motors
-        rise = None if arm is None else (arm - data.ctrl[joints]) / self.steps
+        model, data, motors, peak = self.scene.model, self.data, self.scene.motors, self.peak
+        speed, acceleration, torque = data.qvel, data.qacc, data.actuator_force
+        control = data.ctrl
+        rise = None if arm is None and hand is None else self._rise(arm, hand)
         for _ in range(self.steps):
             if rise is not None:
-                data.ctrl[joints] += rise
+                control += rise
             mujoco.mj_step(model, data)
-            np.maximum(self.peak, np.abs(data.actuator_force[motors]), out=self.peak)
+            np.maximum(peak, np.abs(torque[motors]), out=peak)
             # The norm of a vector with NaN is NaN and fails the comparison too.
-            if not (speed.dot(speed) < MAX_SPEED**2 and np.isfinite(acceleration.dot(speed))):
+            if not (speed.dot(speed) < MAX_SPEED**2 and math.isfinite(acceleration.dot(speed))):
                 raise Diverged
         if self.sensor is not None and data.time >= self._next_frame:
             self._next_frame += 1.0 / FRAME_RATE
             self.sensor.frame(taxel_forces(self.scene, data))
         if self.writer is not None:
             self.writer.sample(data, self.phase)
+
+    def _rise(self, arm: np.ndarray | None, hand: np.ndarray | None) -> np.ndarray:
+        """What every reference gains per step on the way to new ones."""
+        target = self.data.ctrl.copy()
+        if arm is not None:
+            target[self.scene.arm_motors] = arm
+        if hand is not None:
+            target[self.scene.motors] = hand
+        return (target - self.data.ctrl) / self.steps
 
     def save(self) -> np.ndarray:
         """The full state of the simulation, for ``restore``."""

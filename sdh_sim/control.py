@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from sdh_sim import sdh2_constants as c
-from sdh_sim.hand import FINGER_NAMES, preshape_angles
+from sdh_sim.hand import MOTOR_FINGER, preshape_angles
 
 CLOSING_RATE = 0.6  # closing ratio per second: about 50 deg/s, a quarter of the top speed
-STALL_SHARE = 0.45  # of its torque limit at which a motor counts as stopped by the object
+STALL_SHARE = 0.2  # of its torque limit at which a motor counts as stopped by the object
 SQUEEZE_TIME = 0.6  # [s] over which the grip is built up
 # Torque that the squeezing reference asks of a motor the object does not let move, over its limit:
 # just enough to saturate it. Far more would let the two fingers, together stronger than the thumb,
@@ -35,10 +35,10 @@ class FingerControl:
         self.ratio = np.full(3, float(ratio))
         self.stalled = np.zeros(3, dtype=bool)
         self.reference = preshape_angles(preshape, self.ratio)
-        self._limits = torque_limits
-        finger = [FINGER_NAMES.index(m.finger) for m in c.MOTORS]
-        self._finger = np.array(finger)
-        self._flexion = np.array([m.kind != "spread" for m in c.MOTORS])
+        flexion = np.array([m.kind != "spread" for m in c.MOTORS])
+        self._stall = np.where(flexion, STALL_SHARE * torque_limits, np.inf)
+        self._load = np.zeros(len(c.MOTORS))  # torques over the stall torques, at the last tick
+        self._advance = np.zeros(3)  # of the closing ratios in the last tick
         squeezes = [
             m.kind == "proximal" or (m.kind == "distal" and preshape in CURLING) for m in c.MOTORS
         ]
@@ -59,14 +59,25 @@ class FingerControl:
     def close(self, torques: np.ndarray, dt: float) -> np.ndarray:
         """One tick of closing: advance the fingers that nothing stops.
 
+        A finger goes back to where it was as its torque crossed the stall torque, somewhere
+        within the last tick: a grasp must not depend on when the controller happens to look.
+
         Args:
             torques: motor torques now (7,) [N m].
             dt: length of the tick [s].
         """
-        loaded = (np.abs(torques) > STALL_SHARE * self._limits) & self._flexion
-        for f in range(3):
-            self.stalled[f] |= bool(loaded[self._finger == f].any())
+        load = np.abs(torques) / self._stall
+        for f in np.flatnonzero(~self.stalled):
+            over = (f == MOTOR_FINGER) & (load > 1.0)
+            if over.any():
+                self.stalled[f] = True
+                # No motor was over before, or the finger would have been stopped then.
+                since = (load[over] - 1.0) / (load[over] - self._load[over])
+                self.ratio[f] -= since.max() * self._advance[f]
+        self._load = load
+        before = self.ratio.copy()
         self.ratio[~self.stalled] = np.minimum(self.ratio[~self.stalled] + CLOSING_RATE * dt, 1.0)
+        self._advance = self.ratio - before
         self.reference = preshape_angles(self.preshape, self.ratio)
         return self.reference
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import mujoco
 import numpy as np
@@ -12,6 +13,8 @@ from sdh_sim.model_files import models_dir
 
 MOTOR_NAMES = tuple(m.name for m in c.MOTORS)
 FINGER_NAMES = tuple(f.name for f in c.FINGERS)
+MOTOR_FINGER = np.array([FINGER_NAMES.index(m.finger) for m in c.MOTORS])
+"""Index of the finger that each motor moves (7,)."""
 PAD_NAMES = tuple(f"{finger}_{kind}" for finger, kind in c.PADS)
 
 
@@ -40,20 +43,22 @@ def pad_table() -> list[tuple[str, int, int, int, float]]:
     ]
 
 
+@lru_cache
 def live_mask(kind: str) -> np.ndarray:
-    """Which cells of a pad exist, bool (rows, 6)."""
-    return np.array(
-        [
-            [c.taxel_is_live(kind, row, column) for column in range(c.TAXEL_COLUMNS)]
-            for row in range(c.TAXEL_ROWS[kind])
-        ]
-    )
-
-
-def taxel_centres(kind: str) -> np.ndarray:
-    """Taxel centres on the pad surface in the link frame, (rows, 6, 3) [m]."""
+    """Which cells of a pad exist, bool (rows, 6), read-only."""
     rows, columns = range(c.TAXEL_ROWS[kind]), range(c.TAXEL_COLUMNS)
-    return np.array([[c.pad_surface(kind, r, k)[0] for k in columns] for r in rows])
+    mask = np.array([[c.taxel_is_live(kind, r, k) for k in columns] for r in rows])
+    mask.setflags(write=False)
+    return mask
+
+
+@lru_cache
+def taxel_centres(kind: str) -> np.ndarray:
+    """Taxel centres on the pad surface in the link frame, (rows, 6, 3) [m], read-only."""
+    rows, columns = range(c.TAXEL_ROWS[kind]), range(c.TAXEL_COLUMNS)
+    centres = np.array([[c.pad_surface(kind, r, k)[0] for k in columns] for r in rows])
+    centres.setflags(write=False)
+    return centres
 
 
 def preshape_angles(preshape: str, ratio: float | Sequence[float] | np.ndarray) -> np.ndarray:
@@ -63,16 +68,18 @@ def preshape_angles(preshape: str, ratio: float | Sequence[float] | np.ndarray) 
         preshape: key of ``sdh2_constants.PRESHAPES``.
         ratio: 0 open to 1 closed; a sequence gives it per finger in the order of FINGERS.
     """
+    offset, slope = _preshape_lines(preshape)
+    ratios = np.broadcast_to(ratio, 3)[MOTOR_FINGER]
+    return np.clip(offset + slope * ratios, *c.PHALANX_RANGE)
+
+
+@lru_cache
+def _preshape_lines(preshape: str) -> tuple[np.ndarray, np.ndarray]:
+    """Angle of every motor at closing ratio 0 and what it gains up to 1, (7,) each [rad]."""
     shape = c.PRESHAPES[preshape]
-    ratios = dict(zip(FINGER_NAMES, np.broadcast_to(ratio, 3), strict=True))
-    angles = np.empty(len(c.MOTORS))
-    for k, m in enumerate(c.MOTORS):
-        if m.kind == "spread":
-            angles[k] = shape.spread
-        else:
-            offset, slope = shape.proximal if m.kind == "proximal" else shape.distal
-            angles[k] = np.clip(offset + slope * ratios[m.finger], *c.PHALANX_RANGE)
-    return angles
+    lines = {"spread": (shape.spread, 0.0), "proximal": shape.proximal, "distal": shape.distal}
+    offset, slope = np.array([lines[m.kind] for m in c.MOTORS]).T
+    return offset, slope
 
 
 class HandKinematics:

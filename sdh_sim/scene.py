@@ -208,7 +208,7 @@ def set_contacts(scene: Scene) -> None:
         model.geom_solref[geom] = (-k, -2.0 * PAD_DAMPING_RATIO * np.sqrt(k))
         model.geom_solimp[geom] = (d, d, 0.001, 0.5, 2.0)
         model.geom_friction[geom, 0] = friction
-    hard = np.isin(scene.geom_group, (OBJECT_GEOM, TABLE_GEOM))
+    hard = scene.geom_group == OBJECT_GEOM
     structure = (scene.geom_group == HAND_GEOM) & (scene.taxel < 0)
     model.geom_solref[hard | structure] = HARD_SOLREF
     model.geom_friction[structure, 0] = friction

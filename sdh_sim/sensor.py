@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import sparse
 
 from sdh_sim import sdh2_constants as c
 from sdh_sim.hand import live_mask
@@ -120,7 +121,7 @@ def spread_pressure(pressure: np.ndarray, share: float) -> np.ndarray:
     return pressure + share * (_NEIGHBOURS @ pressure - _DEGREE * pressure)
 
 
-def _neighbours() -> np.ndarray:
+def _neighbours() -> sparse.csr_array:
     """Which cells touch along an edge, (486, 486)."""
     touch = np.zeros((TACTILE_SIZE, TACTILE_SIZE))
     for offset, (_, kind) in zip(PAD_OFFSETS[:-1], c.PADS, strict=True):
@@ -130,7 +131,7 @@ def _neighbours() -> np.ndarray:
             both = live[first] & live[second]
             a, b = index[first][both], index[second][both]
             touch[a, b] = touch[b, a] = 1.0
-    return touch
+    return sparse.csr_array(touch)
 
 
 _NEIGHBOURS = _neighbours()

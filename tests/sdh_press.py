@@ -28,7 +28,7 @@ def alone(scene: Scene, pad: tuple[str, str]) -> Scene:
 
 def bolted(scene: Scene) -> Scene:
     """The scene with object and arm too heavy to be moved; contacts stay as soft as they were."""
-    scene.model.dof_damping[scene.arm_dof] = 1e6
+    scene.model.dof_armature[scene.arm_dof] = 1e9
     # The solver's tolerance is relative to the mean mass, which is absurd now.
     scene.model.opt.tolerance = 1e-15
     scene.model.body_mass[scene.object] = scene.model.body_inertia[scene.object] = 1e6

@@ -53,7 +53,7 @@ def test_free_fingers_close_at_their_rate_until_fully_closed():
 def test_a_loaded_finger_stops_and_the_others_go_on(motor, finger, sign):
     fingers = control()
     torques = np.zeros(7)
-    torques[motor] = sign * 0.46 * LIMITS[motor]
+    torques[motor] = sign * 0.21 * LIMITS[motor]
     fingers.close(torques, 0.01)
     assert np.flatnonzero(fingers.stalled).tolist() == [finger]
     for _ in range(10):
@@ -65,8 +65,39 @@ def test_a_loaded_finger_stops_and_the_others_go_on(motor, finger, sign):
 
 def test_less_than_the_stall_torque_stops_nothing():
     fingers = control()
-    fingers.close(0.44 * LIMITS, 0.01)
+    fingers.close(0.19 * LIMITS, 0.01)
     assert not fingers.stalled.any()
+
+
+@pytest.mark.parametrize("share", [0.0, 0.25, 0.8, 1.0])
+def test_a_finger_goes_back_to_where_it_was_as_its_torque_crossed_the_stall_torque(share):
+    # Torque in stall torques 1 - share at one tick and 2 - share at the next: it crossed 1 when
+    # that share of the tick had passed.
+    stall, torques = 0.2 * LIMITS[T_DISTAL], np.zeros(7)
+    fingers = control(ratio=0.2)
+    torques[T_DISTAL] = (1.0 - share) * stall
+    fingers.close(torques, 0.01)
+    torques[T_DISTAL] = (2.0 - share) * stall * (1.0 + 1e-12)
+    fingers.close(torques, 0.01)
+    assert fingers.stalled.tolist() == [False, False, True]
+    assert fingers.ratio == pytest.approx([0.212, 0.212, 0.2 + share * 0.006])
+    fingers.close(torques, 0.01)
+    assert fingers.ratio[2] == pytest.approx(0.2 + share * 0.006)
+
+
+def test_where_a_finger_stops_does_not_depend_on_the_tick():
+    # A torque that grows with the closing ratio; ticks that begin anywhere.
+    stall = 0.2 * LIMITS[F1_PROXIMAL]
+    stops = []
+    for first in (0.002, 0.0055, 0.01):
+        fingers = control(ratio=0.2)
+        torques, dt = np.zeros(7), first
+        while not fingers.stalled[0]:
+            torques[F1_PROXIMAL] = 10.0 * stall * (fingers.ratio[0] - 0.2)
+            fingers.close(torques, dt)
+            dt = 0.01
+        stops.append(fingers.ratio[0])
+    assert stops == pytest.approx([0.3] * 3, abs=1e-12)
 
 
 def test_the_spread_motor_stops_no_finger():

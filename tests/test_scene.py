@@ -25,7 +25,7 @@ from sdh_sim.scene import (
     build_scene,
     taxel_stiffness,
 )
-from sdh_sim.settings import SettingsError, TrialSettings
+from sdh_sim.settings import RANGES, SettingsError, TrialSettings
 
 PAD_MIDDLE = np.array([15.4e-3, 0.0, 43.7e-3])  # of the proximal pad, in the link
 
@@ -108,8 +108,9 @@ def test_options_are_the_cells(scenes):
     assert option is not None
     for scene in scenes.values():
         opt = scene.model.opt
-        assert option.get("integrator") == "implicitfast"
-        assert opt.integrator == mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        assert option.get("integrator") == "Euler"
+        assert opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
+        assert opt.disableflags & mujoco.mjtDisableBit.mjDSBL_EULERDAMP
         assert option.get("cone") == "elliptic"
         assert opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
         assert opt.impratio == float(option.get("impratio", "")) == 100.0
@@ -136,6 +137,27 @@ def test_timestep_and_torque_limits_are_the_settings():
 def test_unknown_object_is_refused():
     with pytest.raises(SettingsError, match="teapot"):
         build_scene(TrialSettings("teapot"))
+
+
+def test_explicit_damping_is_stable_at_the_longest_time_step(scenes):
+    # Semi-implicit Euler with stiffness K and damping D, both explicit, is stable while every
+    # mode has c h < 2 and k h² < 4 - 2 c h.
+    longest = RANGES["timestep"][1]
+    for scene in (scenes["box"], build_scene(TrialSettings("box", arm="rigid"))):
+        model = scene.model
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        mass = np.zeros((model.nv, model.nv))
+        mujoco.mj_fullM(model, data, mass)
+        damping, stiffness = np.diag(model.dof_damping), np.zeros((model.nv, model.nv))
+        for motor in range(model.nu):
+            dof = model.jnt_dofadr[model.actuator_trnid[motor, 0]]
+            stiffness[dof, dof] -= model.actuator_biasprm[motor, 1]
+            damping[dof, dof] -= model.actuator_biasprm[motor, 2]
+        rate = np.linalg.eigvals(np.linalg.solve(mass, damping)).real.max() * longest
+        square = np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real.max() * longest**2
+        assert 0.5 < rate < 1.5  # far from 0: the test sees the damping
+        assert square < 4.0 - 2.0 * rate
 
 
 @pytest.mark.parametrize("name", object_names())

@@ -30,6 +30,7 @@ WRONG = {
     "recoil": Spoil(stiffness=1.3),
     "release": Spoil(gravity=1.01),
     "numerics": Spoil(stiffness=0.02),
+    "carry": Spoil(implicit=True),
     "sensor_creep": Spoil(creep=1.2),
 }
 

@@ -88,7 +88,9 @@ HEADER = """<mujoco model="kuka_kr5_sixx_r850">
   <!-- KUKA KR5 sixx R850. Written by `python -m sdh_sim.modelgen.arm`; README.md says where each
        number comes from. Contact bits: 1 object and table, 2 taxel, 4 hand structure, 8 arm. -->
   <compiler angle="radian" meshdir="assets" autolimits="true"/>
-  <option integrator="implicitfast" timestep="0.002"/>
+  <option integrator="Euler" timestep="0.002">
+    <flag eulerdamp="disable"/>
+  </option>
 
   <default>
     <default class="kr5">
