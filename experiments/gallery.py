@@ -19,13 +19,13 @@ from typing import Any
 import numpy as np
 
 from sdh_sim.log import TrialLog
+from sdh_sim.preset import NO_TRUTH
 from sdh_sim.records import RecordError
 from sdh_sim.render import RenderError, render_trial
 from sdh_sim.run_folder import RunFolder
 from sdh_sim.stored import read_stored
 from sdh_sim.trial import run_trial
 
-NO_TRUTH = ("unstable_simulation", "error")
 MOVED_MM = 2.0  # of the object in the hand: from then on it is on its way out
 SHOWN = ("q_linf", "q_l1", "q_capability", "q_held", "q_whole_hand")
 

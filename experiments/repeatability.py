@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from rich.console import Console
@@ -14,6 +15,8 @@ from sdh_sim.objects import PAPER_ORDER
 from sdh_sim.rate import Rate
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import run_trial
+
+CLOSE = 1.0  # motions nearer than this are one motion, whatever their labels [mm, deg]
 
 
 @dataclass(frozen=True)
@@ -30,14 +33,24 @@ VARIANTS = (
 )
 
 
-@dataclass(frozen=True)
-class Pair:
-    """Labels and motion [mm] of one grasp at the default and in every variant."""
+class Motion(NamedTuple):
+    """Label of a trial and how far the object moved and turned in the hand [mm, deg]."""
 
-    object: str
     held: bool
     moved: float
-    others: tuple[tuple[bool, float], ...]
+    turned: float
+
+    def near(self, other: Motion) -> bool:
+        """Whether two motions are the same within CLOSE."""
+        return abs(self.moved - other.moved) < CLOSE and abs(self.turned - other.turned) < CLOSE
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Motion of one grasp at the default and in every variant."""
+
+    usual: Motion
+    others: tuple[Motion, ...]
 
 
 def pair(job: tuple[str, int]) -> Pair:
@@ -47,8 +60,12 @@ def pair(job: tuple[str, int]) -> Pair:
         run_trial(replace(TrialSettings(object=name), timestep=step), seed).row
         for step in (TrialSettings(object=name).timestep, *(v.timestep for v in VARIANTS))
     ]
-    labels = [(bool(r["success"]), float(r.get("displacement_mm", np.nan))) for r in rows]
-    return Pair(name, *labels[0], tuple(labels[1:]))
+    usual, *others = (
+        Motion(bool(r["success"]), *(float(r.get(k, np.nan)) for k in ("displacement_mm",
+                                                                       "rotation_deg")))
+        for r in rows
+    )  # fmt: skip
+    return Pair(usual, tuple(others))
 
 
 def noisy(job: tuple[str, int, int]) -> tuple[str, bool, float]:
@@ -79,19 +96,25 @@ def main(argv: list[str] | None = None) -> None:
 
 def step_table(pairs: list[Pair], seed: int) -> Table:
     """Flipped labels and changed motion for each variant."""
-    table = Table(title=f"{len(pairs)} grasps, seeds from {seed}, default step 2 ms")
-    for heading in ("variant", "labels flipped", "95 % interval", "motion differs, median mm",
-                    "90 % below mm"):  # fmt: skip
+    table = Table(
+        title=f"{len(pairs)} grasps, seeds from {seed}, default step 2 ms",
+        caption=f"moved alike: within {CLOSE:g} mm and {CLOSE:g}°, on either side of a limit",
+    )
+    for heading in ("variant", "labels flipped", "95 % interval", "of them moved alike",
+                    "held: motion differs, median mm", "90 % below mm"):  # fmt: skip
         table.add_column(heading, justify="left" if heading == "variant" else "right")
     for k, variant in enumerate(VARIANTS):
-        flips = Rate(sum(p.held != p.others[k][0] for p in pairs), len(pairs))
+        both = [(p.usual, p.others[k]) for p in pairs]
+        flipped = [(a, b) for a, b in both if a.held != b.held]
+        flips = Rate(len(flipped), len(pairs))
         low, high = flips.interval or (0.0, 1.0)
-        apart = [abs(p.moved - p.others[k][1]) for p in pairs if p.held and p.others[k][0]]
+        apart = [abs(a.moved - b.moved) for a, b in both if a.held and b.held]
         table.add_row(
             variant.name,
             f"{flips.k} of {flips.n}",
             f"{100 * low:.1f} to {100 * high:.1f} %",
-            f"{np.median(apart):.2f}" if apart else "-",
+            str(sum(a.near(b) for a, b in flipped)),
+            f"{np.median(apart):.3f}" if apart else "-",
             f"{np.quantile(apart, 0.9):.2f}" if apart else "-",
         )
     return table

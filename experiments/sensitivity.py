@@ -29,13 +29,13 @@ from sdh_sim.hand import MOTOR_NAMES, HandKinematics
 from sdh_sim.object_shape import rotation_of
 from sdh_sim.objects import ObjectInfo
 from sdh_sim.perception import GRAVITY, TASK_RADIUS, TASK_SAMPLES, pad_contacts
+from sdh_sim.preset import NO_TRUTH
 from sdh_sim.records import RecordError
 from sdh_sim.run_folder import RunFolder
 from sdh_sim.stored import object_of, read_stored, snapshot_of
 from sdh_sim.tactile import TactileSnapshot
 
 UP = np.array([0.0, 0.0, 1.0])
-NO_TRUTH = ("unstable_simulation", "error")
 
 
 @dataclass(frozen=True)

@@ -63,7 +63,7 @@ def load_scatter(study: Study) -> Figure:
     metrics = [m for m in shown(study) if m in study.load]
     columns = columns_for(len(metrics))
     rows = -(-len(metrics) // columns)
-    figure, axes = fs.panels(columns, (1.0 + 5.4 / columns) * rows, rows, sharex=True, sharey=True)
+    figure, axes = fs.panels(columns, (1.2 + 5.4 / columns) * rows, rows, sharex=True, sharey=True)
     largest = max(np.max(values[1], initial=1.0) for values in study.load.values())
     limit = ceiling([study.load[metric][0] for metric in metrics], 1.15 * float(largest))
     for position, (ax, metric) in enumerate(zip(axes, metrics, strict=False)):

@@ -23,8 +23,8 @@ def motion(before: np.ndarray, now: np.ndarray, com: np.ndarray) -> tuple[float,
         displacement [mm] and rotation [deg].
     """
     shift = _apply(now, com) - _apply(before, com)
-    cosine = min(1.0, abs(float(np.dot(before[3:], now[3:]))))
-    return 1e3 * float(np.linalg.norm(shift)), math.degrees(2.0 * math.acos(cosine))
+    cosine = min(1.0, abs(float(before[3:].dot(now[3:]))))
+    return 1e3 * math.hypot(*shift), math.degrees(2.0 * math.acos(cosine))
 
 
 def gave_way(
