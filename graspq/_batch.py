@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from graspq._desk import new_desk
 from graspq._flat import spread
 from graspq._jit import compiled, entry
-from graspq._ray import reach
+from graspq._ray import reach_at
 
 SINGULAR, REFUSED = 9, 10
 
@@ -36,6 +37,22 @@ def grasp_body(columns, widths, first, begin, end, united, zero):
     return body, owners
 
 
+@compiled
+def _place(columns, first, widths, body, owners):
+    """Put the next grasp in the place of one with as many contacts and columns."""
+    points, starts = body[0], body[1]
+    for r in range(6):
+        for k in range(points.shape[1]):
+            points[r, k] = columns[r, first + k]
+    at = 0
+    for i in range(widths.shape[0]):
+        for k in range(at, at + widths[i]):
+            owners[k] = i
+        at += widths[i]
+        if starts.shape[0] > 2:
+            starts[i + 1] = at
+
+
 @entry
 def reach_many(columns, widths, first, contacts, united, zero, tasks, begins, ends, low, high, stop,
                out):
@@ -44,16 +61,24 @@ def reach_many(columns, widths, first, contacts, united, zero, tasks, begins, en
     ``zero`` is always true: a literal would be another type, and double what is compiled.
     """
     # Made here: a global would be read-only, once more another type.
-    pads, nobody = np.zeros((0, 6)), np.zeros(0, np.int64)
-    inner, size, scatter = np.empty(6), np.empty(6), np.empty((6, 6))
+    pads, nobody, forces = np.zeros((0, 6)), np.zeros(0, np.int64), np.zeros((0, 6))
+    begin, end, total = 0, 0, -1
+    body, owners = grasp_body(columns, widths, 0, 0, 0, united, zero)
+    desk = new_desk(0, 0)
     for g in range(low, high):
+        same = contacts[g + 1] - contacts[g] == end - begin
         begin, end = contacts[g], contacts[g + 1]
-        body, owners = grasp_body(columns, widths, first[begin], begin, end, united, zero)
+        count = first[end] - first[begin]
+        if same and count == total:
+            _place(columns, first[begin], widths[begin:end], body, owners)
+        else:
+            total = count
+            body, owners = grasp_body(columns, widths, first[begin], begin, end, united, zero)
+            desk = new_desk(total, body[1].shape[0] - 1)
         wanted = tasks[:, begins[g]:ends[g]].copy()
-        forces = np.zeros((end - begin, 6))
-        status, value, lower, upper, critical, sound = reach(
-            wanted, body, pads, stop, owners, nobody, forces)
-        if not sound and spread(body, inner, size, scatter) == 0.0:
+        status, value, lower, upper, critical, sound = reach_at(
+            desk, wanted, body, pads, stop, owners, nobody, forces)
+        if not sound and spread(body, np.empty(6), np.empty(6), np.empty((6, 6))) == 0.0:
             status = SINGULAR
         out[g, 0], out[g, 1], out[g, 2], out[g, 3] = status, value, lower, upper
         out[g, 4] = critical
@@ -79,8 +104,9 @@ def reach_one(columns, widths, united, zero, tasks, stop, forces):
         return REFUSED, 0.0, 0.0, 0.0, 0
     pads, nobody = np.zeros((0, 6)), np.zeros(0, np.int64)
     body, owners = grasp_body(columns, widths, 0, 0, widths.shape[0], united, zero)
-    status, value, lower, upper, critical, sound = reach(
-        tasks, body, pads, stop, owners, nobody, forces)
+    desk = new_desk(body[0].shape[1], body[1].shape[0] - 1)
+    status, value, lower, upper, critical, sound = reach_at(
+        desk, tasks, body, pads, stop, owners, nobody, forces)
     if not sound and spread(body, np.empty(6), np.empty(6), np.empty((6, 6))) == 0.0:
         return SINGULAR, 0.0, 0.0, 0.0, 0
     return status, value, lower, upper, critical

@@ -9,18 +9,33 @@ from __future__ import annotations
 
 import numpy as np
 
+from graspq._desk import (
+    CHOICE,
+    COLUMN,
+    COUNT,
+    FIRST,
+    MANY,
+    PICKS,
+    REAL,
+    ROOM,
+    SHARE,
+    from_lanes,
+    refresh,
+    remember,
+    to_lanes,
+)
 from graspq._jit import compiled
-from graspq._oracle import FAST, invert
+from graspq._lanes import best_lane, leaving, product, sweep
+from graspq._oracle import FAST
 
-MANY, SLOTS = 256, 64
 GAIN = 1e-7
 
 
 @compiled(fastmath=FAST)
-def scores(u, points, first, last, out):
-    """out = u · points over the columns first to last."""
-    u0, u1, u2, u3, u4, u5 = u[0], u[1], u[2], u[3], u[4], u[5]
-    for k in range(first, last):
+def _scores(u, points, out):
+    """out = u · points."""
+    u0, u1, u2, u3, u4, u5 = u
+    for k in range(points.shape[1]):
         out[k] = (u0 * points[0, k] + u1 * points[1, k] + u2 * points[2, k]
                   + u3 * points[3, k] + u4 * points[4, k] + u5 * points[5, k])
 
@@ -34,182 +49,143 @@ def _top(score, first, last):
 
 
 @compiled
-def best_of(u, points, starts, zero, score, choice):
-    """Write every contact's best column (-1 for the origin) and return the sum of their values."""
-    scores(u, points, 0, points.shape[1], score)
-    total = 0.0
-    for i in range(starts.shape[0] - 1):
-        first, last = starts[i], starts[i + 1]
-        if last - first > 32:
-            best = _top(score, first, last)
-            pick = first
-            while score[pick] != best:
-                pick += 1
-        else:
-            best, pick = score[first], first
-            for k in range(first + 1, last):
-                if score[k] > best:
-                    best, pick = score[k], k
-        if zero and not best > 0.0:
-            best, pick = 0.0, -1
-        total += best
-        choice[i] = pick
-    return total
+def six(vector):
+    """The vector as a tuple, which needs no memory."""
+    return vector[0], vector[1], vector[2], vector[3], vector[4], vector[5]
 
 
 @compiled
-def _short_best(u, few, names, counts, zero, score, choice):
-    """``best_of`` among the columns that were the best before."""
-    total = 0.0
-    for i in range(counts.shape[0]):
-        first = i * SLOTS
-        last = first + counts[i]
-        scores(u, few, first, last, score)
-        best, pick = -np.inf, -1
-        for k in range(first, last):
-            if score[k] > best:
-                best, pick = score[k], names[k]
-        if zero and not best > 0.0:
-            best, pick = 0.0, -1
-        total += best
-        choice[i] = pick
-    return total
+def along(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]
 
 
 @compiled
-def new_list(columns, bodies):
-    """Scratch for the columns that were the best of their contact: (few, names, counts, score)."""
-    wide = bodies * SLOTS if columns > MANY else 0
-    return (np.empty((6, wide)), np.empty(wide, np.int64), np.zeros(bodies, np.int64),
-            np.empty(wide))
-
-
-@compiled
-def _remember(points, choice, short):
-    """Add the chosen columns to the list; False when nothing was new or it is full."""
-    few, names, counts, _ = short
-    grown = False
-    for i in range(counts.shape[0]):
-        pick = choice[i]
-        if pick < 0 or counts[i] == SLOTS:
-            continue
-        known = False
-        for k in range(i * SLOTS, i * SLOTS + counts[i]):
-            known = known or names[k] == pick
-        if not known:
-            at = i * SLOTS + counts[i]
-            for r in range(6):
-                few[r, at] = points[r, pick]
-            names[at] = pick
-            counts[i] += 1
-            grown = True
-    return grown
-
-
-@compiled
-def ask(u, body, enough, score, choice, short, out):
-    """Support value of u and its vertex; a vertex worth more than ``enough`` will do."""
+def _best_of(u, desk, body):
+    """Best vertex in direction u of all columns; its own become the chosen."""
     points, starts, zero, shift = body[0], body[1], body[5], body[6]
-    few, names, counts, few_score = short
-    wide = few.shape[1] > 0
-    away, h = 0.0, -np.inf
+    score, places = desk.score, desk.places
+    _scores(u, points, score)
+    v0, v1, v2 = -shift[0], -shift[1], -shift[2]
+    v3, v4, v5 = -shift[3], -shift[4], -shift[5]
+    for i in range(places.shape[1]):
+        best = _top(score, starts[i], starts[i + 1])
+        places[CHOICE, i] = -1
+        if best > 0.0 or not zero:
+            k = starts[i]
+            while score[k] != best:
+                k += 1
+            places[CHOICE, i] = k
+            v0, v1, v2 = v0 + points[0, k], v1 + points[1, k], v2 + points[2, k]
+            v3, v4, v5 = v3 + points[3, k], v4 + points[4, k], v5 + points[5, k]
+    return v0, v1, v2, v3, v4, v5
+
+
+@compiled(forceinline=True)
+def _listed_best(u, desk, body):
+    """``_best_of`` the listed columns."""
+    zero, shift = body[5], body[6]
+    lanes, names, places = desk.lanes, desk.names, desk.places
+    floor = 0.0 if zero else -np.inf
+    v0, v1, v2 = -shift[0], -shift[1], -shift[2]
+    v3, v4, v5 = -shift[3], -shift[4], -shift[5]
+    for i in range(places.shape[1]):
+        at = places[FIRST, i]
+        row = ROOM + 6 * at
+        k = best_lane(lanes, row, (places[COUNT, i] + 7) >> 3, floor, u)
+        if k < 0:
+            places[CHOICE, i] = -1
+            continue
+        places[CHOICE, i] = names[8 * at + k]
+        row = 8 * row + 48 * (k >> 3) + (k & 7)
+        v0, v1, v2 = v0 + lanes[row], v1 + lanes[row + 8], v2 + lanes[row + 16]
+        v3, v4, v5 = v3 + lanes[row + 24], v4 + lanes[row + 32], v5 + lanes[row + 40]
+    return v0, v1, v2, v3, v4, v5
+
+
+@compiled
+def ask(u, body, enough, desk, out):
+    """Support value of u and its vertex; a vertex worth more than ``enough`` will do."""
+    way = six(u)
+    complete = body[0].shape[1] <= MANY
+    vertex, h = way, -np.inf
+    if complete or desk.places[COUNT].max() > 0:
+        vertex = _listed_best(way, desk, body)
+        h = along(way, vertex)
+    if not complete and h <= enough:
+        vertex = _best_of(way, desk, body)
+        h = along(way, vertex)
+        remember(desk, body[0])
     for r in range(6):
-        away += u[r] * shift[r]
-    if wide and counts.max() > 0:
-        h = _short_best(u, few, names, counts, zero, few_score, choice) - away
-    if h <= enough:
-        h = best_of(u, points, starts, zero, score, choice) - away
-        if wide:
-            _remember(points, choice, short)
-    for r in range(6):
-        total = -shift[r]
-        for i in range(choice.shape[0]):
-            if choice[i] >= 0:
-                total += points[r, choice[i]]
-        out[r] = total
+        out[r] = vertex[r]
     return h
 
 
 @compiled
-def climb(state, target, task, body, stop, cap, score, choice, short):
-    """Pivot until no vertex improves ``target``; return (solved, upper bound on q)."""
-    basis, inverse, directions, kinds, _, picks = state
-    points, starts, zero, shift = body[0], body[1], body[5], body[6]
-    few, names, counts, few_score = short
-    wide = few.shape[1] > 0
-    listed = wide and counts.max() > 0
-    u, vertex = np.empty(6), np.empty(6)
-    weight, column = np.empty(6), np.empty(6)
+def climb(desk, target, task, body, stop, cap):
+    """Pivot until no vertex improves ``target``; return (solved, upper bound on q).
+
+    Directions are not kept: only ellipsoids need them.
+    """
+    lanes, sheet, places = desk.lanes, desk.sheet, desk.places
+    complete = body[0].shape[1] <= MANY
+    listed = complete or places[COUNT].max() > 0
+    goal = six(task)
     upper = np.inf
+    u = goal
     for step in range(cap):
         if step % 40 == 0:
-            if step > 0 and not invert(basis, inverse):
-                return False, upper
+            if step > 0:
+                from_lanes(desk)
+                if not refresh(desk):
+                    return False, upper
+            to_lanes(desk)
+            product(lanes, SHARE, 0, six(target))
+            u = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
             for r in range(6):
-                weight[r] = 0.0
-                u[r] = 0.0
-            for r in range(6):
-                for c in range(6):
-                    weight[r] += inverse[r, c] * target[c]
-                    u[c] += inverse[r, c]
-        away = 0.0
-        for r in range(6):
-            away += u[r] * shift[r]
-        h = 0.0
+                u = (u[0] + lanes[r], u[1] + lanes[8 + r], u[2] + lanes[16 + r],
+                     u[3] + lanes[24 + r], u[4] + lanes[32 + r], u[5] + lanes[40 + r])
+        vertex, h = goal, 0.0
         if listed:
-            h = _short_best(u, few, names, counts, zero, few_score, choice) - away
+            vertex = _listed_best(u, desk, body)
+            h = along(u, vertex)
         # Less of a gain may be round-off of a long u about a vertex that is in the basis.
-        if not listed or h <= 1.0 + GAIN:
-            h = best_of(u, points, starts, zero, score, choice) - away
-            reach = 0.0
-            for r in range(6):
-                reach += u[r] * task[r]
+        if not complete and (not listed or h <= 1.0 + GAIN):
+            vertex = _best_of(u, desk, body)
+            h = along(u, vertex)
+            listed = remember(desk, body[0]) or listed
+            final = True
+        else:
+            final = complete
+        if final:
+            reach = along(u, goal)
             if reach > 0.0 and h < upper * reach:
                 upper = h / reach
             if h <= 1.0 + stop:
+                from_lanes(desk)
                 return True, upper
-            if wide:
-                listed = _remember(points, choice, short) or listed
-        for r in range(6):
-            total = -shift[r]
-            for i in range(choice.shape[0]):
-                if choice[i] >= 0:
-                    total += points[r, choice[i]]
-            vertex[r] = total
-        for r in range(6):
-            total = 0.0
-            for c in range(6):
-                total += inverse[r, c] * vertex[c]
-            column[r] = total
-        leave, ratio = -1, np.inf
-        for r in range(6):
-            if column[r] > 1e-11:
-                value = max(weight[r], 0.0) / column[r]
-                if leave < 0 or value < ratio * (1.0 - 1e-13) or (
-                    value <= ratio * (1.0 + 1e-13) and column[r] > column[leave]
-                ):
-                    leave, ratio = r, value
+        product(lanes, COLUMN, 0, vertex)
+        leave = leaving(lanes, COLUMN, SHARE)
         if leave < 0:
             return False, upper
-        kinds[leave] = 0
+        desk.kinds[leave] = REAL
         for r in range(6):
-            basis[r, leave] = vertex[r]
-            directions[leave, r] = u[r]
-        for i in range(choice.shape[0]):
-            picks[leave, i] = choice[i]
-        total = 0.0
-        for r in range(6):
-            total += column[r]
-        scale = 1.0 / column[leave]
-        share = weight[leave] * scale
-        for c in range(6):
-            inverse[leave, c] *= scale
-            u[c] += (1.0 - total) * inverse[leave, c]
-        for r in range(6):
-            if r != leave:
-                factor = column[r]
-                weight[r] -= factor * share
-                for c in range(6):
-                    inverse[r, c] -= factor * inverse[leave, c]
-        weight[leave] = share
+            sheet[r, leave] = vertex[r]
+        for i in range(places.shape[1]):
+            places[PICKS + leave, i] = places[CHOICE, i]
+        scale = 1.0 / lanes[8 * COLUMN + leave]
+        p0, p1, p2 = lanes[leave] * scale, lanes[8 + leave] * scale, lanes[16 + leave] * scale
+        p3, p4, p5 = (lanes[24 + leave] * scale, lanes[32 + leave] * scale,
+                      lanes[40 + leave] * scale)
+        share = lanes[8 * SHARE + leave] * scale
+        # The column's entries add up to h.
+        slip = h - 1.0
+        u = (u[0] - slip * p0, u[1] - slip * p1, u[2] - slip * p2, u[3] - slip * p3,
+             u[4] - slip * p4, u[5] - slip * p5)
+        sweep(lanes, 0, COLUMN, p0, leave)
+        sweep(lanes, 1, COLUMN, p1, leave)
+        sweep(lanes, 2, COLUMN, p2, leave)
+        sweep(lanes, 3, COLUMN, p3, leave)
+        sweep(lanes, 4, COLUMN, p4, leave)
+        sweep(lanes, 5, COLUMN, p5, leave)
+        sweep(lanes, SHARE, COLUMN, share, leave)
     return False, upper

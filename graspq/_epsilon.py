@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from graspq._climb import new_list
+from graspq._desk import clear, new_desk
 from graspq._flat import spread, whiten, whitened
 from graspq._hull import (
     ALIVE,
@@ -18,7 +18,7 @@ from graspq._hull import (
 )
 from graspq._jit import compiled, entry
 from graspq._oracle import invert, support
-from graspq._pivot import new_state, times
+from graspq._pivot import times
 from graspq._ray import CAPPED, SOLVED, extent, shoot
 
 STUCK, SMALL, COARSE, FLAT = 3, 4, 5, 6
@@ -151,14 +151,12 @@ def strictly_inside(body, inner, size):
         far = max(far, abs(inner[r]) / size[r])
     if far <= 1e-12:
         return SOLVED, True
-    score, choice = np.empty(points.shape[1]), np.empty(starts.shape[0] - 1, np.int64)
-    state = new_state(choice.shape[0])
-    short = new_list(score.shape[0], choice.shape[0])
+    desk = new_desk(points.shape[1], starts.shape[0] - 1)
+    clear(desk, body)
     stop = 1e-6 if centres.shape[1] > 0 else 1e-12
     if not zero:
         body = (points, starts, centres, axes, balls, zero, inner)
-    status, value, _, _ = shoot(
-        state, -inner, size, body, np.zeros((0, 6)), stop, score, choice, short)
+    status, value, _, _ = shoot(desk, -inner, size, body, np.zeros((0, 6)), stop)
     return status, status == SOLVED and (zero or value > 1.0 + 1e-9)
 
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from graspq._climb import new_list
+from graspq._desk import INVERSE, clear, new_desk
 from graspq._jit import compiled, entry
-from graspq._pivot import dot, new_state, price, row_sum
+from graspq._pivot import dot, price, row_sum
 from graspq._ray import CAPPED, SOLVED, collect, shoot
 
 EMPTY = 3
@@ -18,7 +18,7 @@ CLOSE = 1e-6
 
 
 @compiled
-def highest(state, task, inner, size, body, pads, stop, score, choice, short):
+def highest(desk, task, inner, size, body, pads, stop):
     """Return (status, q, upper, gauge) of the largest q, of any sign, with q t in the set.
 
     ``upper`` is proven by a plane; ``gauge`` is that of q t, 1 up to the tolerance.
@@ -27,13 +27,13 @@ def highest(state, task, inner, size, body, pads, stop, score, choice, short):
     u, vertex, ray = np.empty(6), np.empty(6), task.copy()
     q, upper, closest = np.inf, np.inf, 0.0
     for _ in range(200):
-        status, value, _, _ = shoot(state, ray, size, body, pads, stop, score, choice, short)
+        status, value, _, _ = shoot(desk, ray, size, body, pads, stop)
         if status != SOLVED:
             return CAPPED, 0.0, 0.0, 0.0
-        row_sum(state[1], u)
+        row_sum(desk.sheet[INVERSE:INVERSE + 6], u)
         along = dot(u, task)
         if along > 0.0:
-            h, _ = price(u, body, pads, score, choice, vertex)
+            h, _ = price(u, body, pads, np.inf, desk, vertex)
             upper = min(upper, (h + dot(u, inner)) / along)
         if q < np.inf and value >= 1.0 - 1e-12 - 4.0 * stop:
             return SOLVED, q, upper, 1.0 / value
@@ -68,9 +68,8 @@ def between(tasks, inner, size, body, pads, stop, owners, ball_owners, forces):
     ``upper`` is proven by the plane that stops some task's ray, ``lower`` by the gauge between
     the two ends of every ray, which is convex.
     """
-    score, choice = np.empty(body[0].shape[1]), np.empty(body[1].shape[0] - 1, np.int64)
-    state = new_state(choice.shape[0])
-    short = new_list(score.shape[0], choice.shape[0])
+    desk = new_desk(body[0].shape[1], body[1].shape[0] - 1)
+    clear(desk, body)
     points, starts, centres, axes, balls, zero, _ = body
     body = (points, starts, centres, axes, balls, zero, inner)
     task, ray = np.empty(6), np.empty(6)
@@ -81,8 +80,7 @@ def between(tasks, inner, size, body, pads, stop, owners, ball_owners, forces):
         for sign in (1.0, -1.0):
             for r in range(6):
                 task[r] = sign * tasks[r, j]
-            status, q, top, g = highest(
-                state, task, inner, size, body, pads, stop, score, choice, short)
+            status, q, top, g = highest(desk, task, inner, size, body, pads, stop)
             if status != SOLVED:
                 return status, q, q, q, j
             far = 0.0
@@ -94,7 +92,7 @@ def between(tasks, inner, size, body, pads, stop, owners, ball_owners, forces):
                 high, gauge, upper = q, g, min(upper, top)
                 if q < value:
                     value, critical = q, j
-                    collect(state, body, owners, ball_owners, forces)
+                    collect(desk, body, owners, ball_owners, forces)
             else:
                 if -q > least:
                     least, last = -q, j
@@ -105,8 +103,7 @@ def between(tasks, inner, size, body, pads, stop, owners, ball_owners, forces):
                         task[r] = tasks[r, j]
                     g = 0.0
                     if not _ray_through(ray, middle, task, inner, size):
-                        status, reach, _, _ = shoot(
-                            state, ray, size, body, pads, stop, score, choice, short)
+                        status, reach, _, _ = shoot(desk, ray, size, body, pads, stop)
                         g = 1.0 / reach if status == SOLVED else 1.0
                     slip = 1.0 if g >= 1.0 else min(1.0, (gauge - 1.0) / (gauge - g))
                 lower = min(lower, high - (high - middle) * slip)

@@ -6,20 +6,37 @@ from __future__ import annotations
 import numpy as np
 
 from graspq._climb import GAIN, ask
+from graspq._desk import (
+    ARTIFICIAL,
+    CHOICE,
+    DIRECTIONS,
+    INVERSE,
+    KEPT,
+    PAD,
+    PICKS,
+    REAL,
+    SCRATCH,
+    refactor,
+)
 from graspq._jit import compiled
-from graspq._oracle import invert, support
+from graspq._oracle import support
 
 # Length of the artificial vertices in units of the set's extent; TALL where the set is a plain
 # polytope: fewer pivots, and no smooth surface that needs them out of the way.
 SMALL, TALL = 1e-3, 1e-2
-REAL, PAD, ARTIFICIAL = 0, 1, 2
 
 
 @compiled
-def price(u, body, pads, score, choice, out):
-    """Support of the set together with the pads ±p that stand for directions it lacks."""
+def price(u, body, pads, enough, desk, out):
+    """Support of the set together with the pads ±p that stand for directions it lacks.
+
+    Of plain polytopes any vertex worth more than ``enough`` will do. Returns (value, kind).
+    """
     points, starts, centres, axes, balls, zero, shift = body
-    h = support(u, points, starts, centres, axes, balls, zero, shift, score, choice, out)
+    if axes.shape[0] == 0 and pads.shape[0] == 0:
+        return ask(u, body, enough, desk, out), REAL
+    h = support(u, points, starts, centres, axes, balls, zero, shift, desk.score,
+                desk.places[CHOICE], out)
     kind = REAL
     for k in range(pads.shape[0]):
         along = 0.0
@@ -33,12 +50,13 @@ def price(u, body, pads, score, choice, out):
 
 
 @compiled
-def replace(state, leave, vertex, u, kind, choice, column):
+def replace(desk, leave, vertex, u, kind, picks, column):
     """Pivot ``vertex`` into place ``leave``; ``column`` is B⁻¹ times the vertex.
 
-    Its direction and the atoms that make it up are kept beside it.
+    Its direction and the atoms that make it up, row ``picks`` of the places, are kept beside it.
     """
-    basis, inverse, directions, kinds, _, picks = state
+    sheet, places = desk.sheet, desk.places
+    inverse = sheet[INVERSE:INVERSE + 6]
     scale = 1.0 / column[leave]
     for c in range(6):
         inverse[leave, c] *= scale
@@ -47,18 +65,11 @@ def replace(state, leave, vertex, u, kind, choice, column):
             for c in range(6):
                 inverse[r, c] -= column[r] * inverse[leave, c]
     for r in range(6):
-        basis[r, leave] = vertex[r]
-        directions[leave, r] = u[r]
-    kinds[leave] = kind
-    for i in range(choice.shape[0]):
-        picks[leave, i] = choice[i]
-
-
-@compiled
-def new_state(bodies):
-    """Scratch of a basis: (basis, inverse, directions, kinds, weights, atoms of the vertices)."""
-    return (np.empty((6, 6)), np.empty((6, 6)), np.empty((6, 6)),
-            np.full(6, ARTIFICIAL), np.zeros(6), np.zeros((6, bodies), np.int64))
+        sheet[r, leave] = vertex[r]
+        sheet[DIRECTIONS + leave, r] = u[r]
+    desk.kinds[leave] = kind
+    for i in range(places.shape[1]):
+        places[PICKS + leave, i] = places[picks, i]
 
 
 @compiled
@@ -83,31 +94,31 @@ def dot(a, b):
 
 
 @compiled
-def start_basis(state, task, size, small):
+def start_basis(desk, task, size, small):
     """Set up the artificial basis of ``small`` times the extent ``size`` around ``task``."""
-    basis, inverse, directions, kinds = state[0], state[1], state[2], state[3]
-    basis[:, :] = 0.0
-    inverse[:, :] = 0.0
-    directions[:, :] = 0.0
+    sheet = desk.sheet
     for r in range(6):
+        for c in range(6):
+            sheet[r, c] = 0.0
+            sheet[INVERSE + r, c] = 0.0
+            sheet[DIRECTIONS + r, c] = 0.0
         length = small * size[r] if task[r] >= 0.0 else -small * size[r]
-        basis[r, r] = length
-        inverse[r, r] = 1.0 / length
-        kinds[r] = ARTIFICIAL
+        sheet[r, r] = length
+        sheet[INVERSE + r, r] = 1.0 / length
+        desk.kinds[r] = ARTIFICIAL
 
 
 @compiled
-def primal(state, target, task, body, pads, stop, cap, score, choice):
+def primal(desk, target, task, body, pads, stop, cap):
     """Pivot until no vertex improves ``target``; return (solved, upper bound on q, steps)."""
-    inverse = state[1]
-    u, vertex = np.empty(6), np.empty(6)
-    weight, column = np.empty(6), np.empty(6)
+    inverse, scratch = desk.sheet[INVERSE:INVERSE + 6], desk.sheet[SCRATCH:]
+    u, vertex, weight, column = scratch[0], scratch[1], scratch[2], scratch[3]
     upper = np.inf
     for step in range(cap):
-        if step % 40 == 39 and not invert(state[0], inverse):
+        if step % 40 == 39 and not refactor(desk):
             return False, upper, step
         row_sum(inverse, u)
-        h, kind = price(u, body, pads, score, choice, vertex)
+        h, kind = price(u, body, pads, np.inf, desk, vertex)
         reach = dot(u, task)
         if reach > 0.0 and h / reach < upper:
             upper = h / reach
@@ -123,29 +134,29 @@ def primal(state, target, task, body, pads, stop, cap, score, choice):
                     value <= ratio * (1.0 + 1e-13) and column[r] > column[leave]
                 ):
                     leave, ratio = r, value
-        replace(state, leave, vertex, u, kind, choice, column)
+        replace(desk, leave, vertex, u, kind, CHOICE, column)
     return False, upper, cap
 
 
 @compiled
-def _worth(u, body, pads, enough, score, choice, short, out):
-    """``price``; of plain polytopes any vertex worth more than ``enough``."""
-    if body[3].shape[0] > 0 or pads.shape[0] > 0:
-        return price(u, body, pads, score, choice, out)
-    return ask(u, body, enough, score, choice, short, out), REAL
+def _keep(desk):
+    """Keep the chosen atoms while others are asked for."""
+    places = desk.places
+    for i in range(places.shape[1]):
+        places[KEPT, i] = places[CHOICE, i]
 
 
 @compiled
-def dual(state, task, body, pads, stop, cap, score, choice, short):
+def dual(desk, task, body, pads, stop, cap):
     """Keep u feasible and make the weights of ``task`` non-negative.
 
     Returns 0 when done, 1 when no weights exist (the task is outside the cone), 2 at the cap.
     """
-    inverse = state[1]
-    u, vertex, trial = np.empty(6), np.empty(6), np.empty(6)
-    weight, column, kept = np.empty(6), np.empty(6), choice.copy()
+    inverse, scratch = desk.sheet[INVERSE:INVERSE + 6], desk.sheet[SCRATCH:]
+    u, vertex, weight, column = scratch[0], scratch[1], scratch[2], scratch[3]
+    trial, row, direction = scratch[4], scratch[5], scratch[6]
     for step in range(cap):
-        if step % 20 == 19 and not invert(state[0], inverse):
+        if step % 20 == 19 and not refactor(desk):
             return 2
         times(inverse, task, weight)
         leave, worst, total = -1, 0.0, 0.0
@@ -161,14 +172,14 @@ def dual(state, task, body, pads, stop, cap, score, choice, short):
             return 0
         # Tilt u about the five other vertices until the next vertex of the set supports it.
         row_sum(inverse, u)
-        row = inverse[leave].copy()
         for r in range(6):
+            row[r] = inverse[leave, r]
             trial[r] = -row[r]
-        h, kind = _worth(trial, body, pads, 1e-12, score, choice, short, vertex)
+        h, kind = price(trial, body, pads, 1e-12, desk, vertex)
         if h <= 1e-12:
             return 1
-        direction = trial.copy()
-        kept[:] = choice
+        direction[:] = trial
+        _keep(desk)
         for _ in range(60):
             fall = -dot(row, vertex)
             angle = max(1.0 - dot(u, vertex), 0.0) / fall
@@ -176,14 +187,14 @@ def dual(state, task, body, pads, stop, cap, score, choice, short):
             for r in range(6):
                 trial[r] = u[r] - angle * row[r]
             new = column
-            h, kind_new = _worth(trial, body, pads, 1.0 + GAIN, score, choice, short, new)
+            h, kind_new = price(trial, body, pads, 1.0 + GAIN, desk, new)
             if h <= 1.0 + stop or -dot(row, new) <= 1e-12:
                 break
             kind = kind_new
             vertex[:] = new
-            kept[:] = choice
+            _keep(desk)
         times(inverse, vertex, column)
         if column[leave] > -1e-11:
             return 2
-        replace(state, leave, vertex, direction, kind, kept, column)
+        replace(desk, leave, vertex, direction, kind, KEPT, column)
     return 2

@@ -11,23 +11,25 @@ from __future__ import annotations
 
 import numpy as np
 
-from graspq._climb import climb, new_list
-from graspq._jit import compiled, entry
-from graspq._oracle import FAST, add_atom, invert
-from graspq._pivot import (
+from graspq._climb import ask, climb
+from graspq._desk import (
     ARTIFICIAL,
+    DIRECTIONS,
+    INVERSE,
+    PICKS,
     REAL,
-    SMALL,
-    TALL,
-    dot,
-    dual,
-    new_state,
-    price,
-    primal,
-    row_sum,
-    start_basis,
-    times,
+    SCRATCH,
+    SIZE,
+    TASK,
+    WEIGHTS,
+    clear,
+    new_desk,
+    refactor,
+    refresh,
 )
+from graspq._jit import compiled, entry
+from graspq._oracle import FAST, add_atom
+from graspq._pivot import SMALL, TALL, dot, dual, price, primal, row_sum, start_basis, times
 
 SOLVED, ZERO, CAPPED = 0, 1, 2
 TINY = 1e-9
@@ -35,11 +37,12 @@ STEEP = 1e5
 
 
 @compiled
-def _settle(state, task, size, body, pads, score, choice, stop):
-    """Refactor, recompute and return (good, value, upper, share left on artificials)."""
-    basis, inverse, _, kinds, weights, _ = state
-    u, vertex, correction = np.empty(6), np.empty(6), np.empty(6)
-    if not invert(basis, inverse):
+def _settle(desk, task, size, body, pads, stop):
+    """Refresh, recompute and return (good, value, upper, share left on artificials)."""
+    kinds, sheet = desk.kinds, desk.sheet
+    basis, inverse, weights = sheet[0:6], sheet[INVERSE:INVERSE + 6], sheet[WEIGHTS]
+    u, vertex, correction = sheet[SCRATCH], sheet[SCRATCH + 1], sheet[SCRATCH + 2]
+    if not refresh(desk):
         return False, 0.0, np.inf, 1.0
     times(inverse, task, weights)
     row_sum(inverse, u)
@@ -64,7 +67,10 @@ def _settle(state, task, size, body, pads, score, choice, stop):
             left = max(left, abs(weights[r]) * length / far)
         else:
             real += max(weights[r], 0.0)
-    h, _ = price(u, body, pads, score, choice, vertex)
+    if body[3].shape[0] == 0 and pads.shape[0] == 0:
+        h = ask(u, body, np.inf, desk, vertex)
+    else:
+        h, _ = price(u, body, pads, np.inf, desk, vertex)
     reach = dot(u, task)
     upper = h / reach if reach > 0.0 else np.inf
     # Dropping a negative weight must cost no more than round-off of the task itself.
@@ -84,19 +90,20 @@ def _settle(state, task, size, body, pads, score, choice, stop):
 
 
 @compiled
-def _separate(state, task, size, body, pads, score, choice):
+def _separate(desk, task, size, body, pads):
     """Upper bound from the plane of the real basis vertices; inf when it cuts the set.
 
     The plane holds the origin and every vertex of the basis but the artificial ones. When the
     whole set lies below it and the task above, no multiple of the task can be reached.
     """
-    inverse, kinds = state[1], state[3]
-    u, vertex = np.zeros(6), np.empty(6)
+    inverse, kinds = desk.sheet[INVERSE:INVERSE + 6], desk.kinds
+    u, vertex = desk.sheet[SCRATCH], desk.sheet[SCRATCH + 1]
+    u[:] = 0.0
     for r in range(6):
         if kinds[r] == ARTIFICIAL:
             for c in range(6):
                 u[c] += inverse[r, c]
-    h, _ = price(u, body, pads, score, choice, vertex)
+    h, _ = price(u, body, pads, np.inf, desk, vertex)
     reach = dot(u, task)
     length, far = 0.0, 0.0
     for r in range(6):
@@ -108,12 +115,12 @@ def _separate(state, task, size, body, pads, score, choice):
 
 
 @compiled
-def shoot(state, task, size, body, pads, stop, score, choice, short):
+def shoot(desk, task, size, body, pads, stop):
     """Return (status, value, lower, upper) of the reach along ``task``.
 
-    ``state``, see ``new_state``, is kept: the next task starts warm from it.
+    The basis stays on the desk, cleared for this set before: the next task starts warm from it.
     """
-    kinds = state[3]
+    kinds, sheet, target = desk.kinds, desk.sheet, desk.sheet[SCRATCH + 7]
     # The task's own length in units of the set decides what counts as zero reach.
     far = 0.0
     for r in range(6):
@@ -124,8 +131,8 @@ def shoot(state, task, size, body, pads, stop, score, choice, short):
     warm = True
     for r in range(6):
         warm = warm and kinds[r] != ARTIFICIAL
-    if warm and dual(state, task, body, pads, stop, cap // 7, score, choice, short) == 0:
-        good, value, upper, left = _settle(state, task, size, body, pads, score, choice, stop)
+    if warm and dual(desk, task, body, pads, stop, cap // 7) == 0:
+        good, value, upper, left = _settle(desk, task, size, body, pads, stop)
         if good and left == 0.0 and upper <= value * (1.0 + max(1e-9, 10.0 * stop)):
             return SOLVED, value, value, max(upper, value)
     jitter = 1e-10
@@ -133,28 +140,25 @@ def shoot(state, task, size, body, pads, stop, score, choice, short):
     # The first attempt of a plain polytope is the quick one; the others are the careful ones.
     for attempt in range(0 if plain else 1, 5):
         small = TALL if attempt == 0 else SMALL
-        start_basis(state, task, size, small)
-        target = task.copy()
+        start_basis(desk, task, size, small)
         for r in range(6):
             push = jitter * far * size[r] * (1.0 + 0.37 * ((r * 5 + 3 * max(attempt - 1, 0)) % 7))
-            target[r] += push if task[r] >= 0.0 else -push
+            target[r] = task[r] + (push if task[r] >= 0.0 else -push)
         shrunk = False
         while True:
             if plain:
-                done, upper = climb(
-                    state, target, task, body, stop, cap, score, choice, short)
+                done, upper = climb(desk, target, task, body, stop, cap)
             else:
-                done, upper, _ = primal(
-                    state, target, task, body, pads, stop, cap, score, choice)
+                done, upper, _ = primal(desk, target, task, body, pads, stop, cap)
             best = min(best, upper)
             if not done:
                 break
             if best > zero:
-                dual(state, task, body, pads, stop, cap // 2, score, choice, short)
-            good, value, upper, left = _settle(state, task, size, body, pads, score, choice, stop)
+                dual(desk, task, body, pads, stop, cap // 2)
+            good, value, upper, left = _settle(desk, task, size, body, pads, stop)
             best = min(best, upper)
             if left > 1e-12:
-                best = min(best, _separate(state, task, size, body, pads, score, choice))
+                best = min(best, _separate(desk, task, size, body, pads))
             if best <= zero:
                 return ZERO, 0.0, 0.0, best
             if not good:
@@ -168,9 +172,9 @@ def shoot(state, task, size, body, pads, stop, score, choice, short):
             for r in range(6):
                 if kinds[r] == ARTIFICIAL:
                     for c in range(6):
-                        state[0][c, r] *= TINY / small * 1e-2
+                        sheet[c, r] *= TINY / small * 1e-2
             shrunk = True
-            if not invert(state[0], state[1]):
+            if not refactor(desk):
                 break
         if attempt > 0:
             jitter *= 30.0
@@ -178,10 +182,10 @@ def shoot(state, task, size, body, pads, stop, score, choice, short):
 
 
 @compiled
-def collect(state, body, owners, ball_owners, forces):
+def collect(desk, body, owners, ball_owners, forces):
     """Write the contacts' wrenches (n, 6) at the optimum, from the basis and its weights."""
     points, centres, axes = body[0], body[2], body[3]
-    _, _, directions, kinds, weights, picks = state
+    kinds, places, weights = desk.kinds, desk.places, desk.sheet[WEIGHTS]
     forces[:, :] = 0.0
     total = 0.0
     for j in range(6):
@@ -189,12 +193,12 @@ def collect(state, body, owners, ball_owners, forces):
     for j in range(6):
         if kinds[j] != REAL or weights[j] <= 0.0:
             continue
-        for i in range(picks.shape[1]):
-            pick = picks[j, i]
+        for i in range(places.shape[1]):
+            pick = places[PICKS + j, i]
             if pick == -1:
                 continue
             contact = owners[pick] if pick >= 0 else ball_owners[-2 - pick]
-            add_atom(directions[j], points, centres, axes, pick, weights[j] / total,
+            add_atom(desk.sheet[DIRECTIONS + j], points, centres, axes, pick, weights[j] / total,
                      forces[contact])
 
 
@@ -229,30 +233,34 @@ def reach(tasks, body, pads, stop, owners, ball_owners, forces):
 
     ``sound`` says that six well-conditioned vertices carry every task, as in no flat set.
     """
-    score, choice = np.empty(body[0].shape[1]), np.empty(body[1].shape[0] - 1, np.int64)
-    state = new_state(choice.shape[0])
-    short = new_list(score.shape[0], choice.shape[0])
-    size, task = np.empty(6), np.empty(6)
+    desk = new_desk(body[0].shape[1], body[1].shape[0] - 1)
+    return reach_at(desk, tasks, body, pads, stop, owners, ball_owners, forces)
+
+
+@compiled
+def reach_at(desk, tasks, body, pads, stop, owners, ball_owners, forces):
+    """``reach`` at a desk of the body's size; ``forces`` may have no rows."""
+    clear(desk, body)
+    size, task = desk.sheet[SIZE], desk.sheet[TASK]
     extent(body, size)
     value, lower, upper, critical = np.inf, np.inf, np.inf, -1
     sound = True
     for j in range(tasks.shape[1]):
         for r in range(6):
             task[r] = tasks[r, j]
-        status, q, low, high = shoot(
-            state, task, size, body, pads, stop, score, choice, short)
+        status, q, low, high = shoot(desk, task, size, body, pads, stop)
         if status == CAPPED:
             return CAPPED, q, low, high, j, False
         for r in range(6):
-            sound = sound and state[3][r] != ARTIFICIAL
+            sound = sound and desk.kinds[r] != ARTIFICIAL
             for c in range(6):
-                sound = sound and abs(state[1][r, c]) * size[c] < STEEP
+                sound = sound and abs(desk.sheet[INVERSE + r, c]) * size[c] < STEEP
         lower, upper = min(lower, low), min(upper, high)
         if q < value:
             value, critical = q, j
-            if status == SOLVED:
-                collect(state, body, owners, ball_owners, forces)
-            else:
+            if status != SOLVED:
                 forces[:, :] = 0.0
                 return ZERO, 0.0, 0.0, high, j, False
+            if forces.shape[0] > 0:
+                collect(desk, body, owners, ball_owners, forces)
     return SOLVED, value, lower, upper, critical, sound
