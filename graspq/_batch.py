@@ -13,44 +13,40 @@ SINGULAR, REFUSED = 9, 10
 
 
 @compiled
-def grasp_body(columns, widths, first, begin, end, united, zero):
-    """One grasp as a body: contacts begin to end, whose columns start at ``first``."""
-    total = 0
-    for i in range(begin, end):
-        total += widths[i]
-    points = np.empty((6, total))
-    for r in range(6):
-        for k in range(total):
-            points[r, k] = columns[r, first + k]
-    contacts = 1 if united else end - begin
+def _body(points, widths, united, zero):
+    """The columns of one grasp as a body, and the contact of each."""
+    contacts = 1 if united else widths.shape[0]
     starts = np.zeros(contacts + 1, np.int64)
-    owners = np.zeros(total, np.int64)
+    owners = np.zeros(points.shape[1], np.int64)
     at = 0
-    for i in range(begin, end):
-        owners[at:at + widths[i]] = i - begin
-        at += widths[i]
+    for i in range(widths.shape[0]):
+        for _ in range(widths[i]):
+            owners[at] = i
+            at += 1
         if not united:
-            starts[i - begin + 1] = at
-    starts[contacts] = total
+            starts[i + 1] = at
+    starts[contacts] = at
     body = (points, starts, np.zeros((6, 0)), np.zeros((0, 6, 3)),
             np.zeros(contacts + 1, np.int64), zero, np.zeros(6))
     return body, owners
 
 
 @compiled
-def _place(columns, first, widths, body, owners):
-    """Put the next grasp in the place of one with as many contacts and columns."""
-    points, starts = body[0], body[1]
+def _copy(columns, first, points):
     for r in range(6):
         for k in range(points.shape[1]):
             points[r, k] = columns[r, first + k]
-    at = 0
-    for i in range(widths.shape[0]):
-        for k in range(at, at + widths[i]):
-            owners[k] = i
-        at += widths[i]
-        if starts.shape[0] > 2:
-            starts[i + 1] = at
+
+
+@compiled
+def grasp_body(columns, widths, first, begin, end, united, zero):
+    """One grasp as a body: contacts begin to end, whose columns start at ``first``."""
+    total = 0
+    for i in range(begin, end):
+        total += widths[i]
+    points = np.empty((6, total))
+    _copy(columns, first, points)
+    return _body(points, widths[begin:end], united, zero)
 
 
 @entry
@@ -62,19 +58,20 @@ def reach_many(columns, widths, first, contacts, united, zero, tasks, begins, en
     """
     # Made here: a global would be read-only, once more another type.
     pads, nobody, forces = np.zeros((0, 6)), np.zeros(0, np.int64), np.zeros((0, 6))
-    begin, end, total = 0, 0, -1
+    begin, end = 0, 0
     body, owners = grasp_body(columns, widths, 0, 0, 0, united, zero)
     desk = new_desk(0, 0)
     for g in range(low, high):
+        # A grasp with as many columns in every contact takes the place of the one before.
         same = contacts[g + 1] - contacts[g] == end - begin
+        for i in range(end - begin if same else 0):
+            same = same and widths[contacts[g] + i] == widths[begin + i]
         begin, end = contacts[g], contacts[g + 1]
-        count = first[end] - first[begin]
-        if same and count == total:
-            _place(columns, first[begin], widths[begin:end], body, owners)
+        if same:
+            _copy(columns, first[begin], body[0])
         else:
-            total = count
             body, owners = grasp_body(columns, widths, first[begin], begin, end, united, zero)
-            desk = new_desk(total, body[1].shape[0] - 1)
+            desk = new_desk(body[0].shape[1], body[1].shape[0] - 1)
         wanted = tasks[:, begins[g]:ends[g]].copy()
         status, value, lower, upper, critical, sound = reach_at(
             desk, wanted, body, pads, stop, owners, nobody, forces)
@@ -103,7 +100,7 @@ def reach_one(columns, widths, united, zero, tasks, stop, forces):
     if not total < np.inf:
         return REFUSED, 0.0, 0.0, 0.0, 0
     pads, nobody = np.zeros((0, 6)), np.zeros(0, np.int64)
-    body, owners = grasp_body(columns, widths, 0, 0, widths.shape[0], united, zero)
+    body, owners = _body(columns, widths, united, zero)
     desk = new_desk(body[0].shape[1], body[1].shape[0] - 1)
     status, value, lower, upper, critical, sound = reach_at(
         desk, tasks, body, pads, stop, owners, nobody, forces)

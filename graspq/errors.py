@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -40,7 +41,7 @@ def as_number(name: str, value: Any, *, positive: bool = False) -> float:
     except (TypeError, ValueError) as error:
         raise GraspError(f"{name}: expected one number, got {value!r}") from error
     bound = "> 0" if positive else ">= 0"
-    if not np.isfinite(number) or number < 0 or (positive and number == 0):
+    if not math.isfinite(number) or number < 0 or (positive and number == 0):
         raise GraspError(f"{name}: expected a finite number {bound}, got {number}")
     return number
 

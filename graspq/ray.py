@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from graspq._ray import CAPPED, SOLVED, ZERO, reach
 from graspq.scaling import FLAT, INFEASIBLE, UNREACHABLE, TaskScaling, infeasible, nothing
 from graspq.sets import Packed
 
+FLOAT = np.dtype(np.float64)
 NO_PADS = np.zeros((0, 6))
 RANK = 1e-10
 IN_SPAN = 1e-9
@@ -24,29 +26,37 @@ ROUND_OFF = 1e-10
 
 def scale_at_once(wrenches: Any, tasks: Any, bound: str, tol: float) -> TaskScaling | None:
     """Return q* of plain arrays in one compiled call; None leaves it to the careful way."""
-    if type(tasks) is not np.ndarray or tasks.ndim != 2 or tasks.dtype != np.float64:
+    if type(tasks) is not np.ndarray or tasks.ndim != 2 or tasks.dtype != FLOAT:
         return None
     if not isinstance(wrenches, list | tuple) or not wrenches:
         return None
+    counts = []
     for w in wrenches:
-        if type(w) is not np.ndarray or w.ndim != 2 or w.shape[0] != 6 or not w.shape[1] or (
-            w.dtype != np.float64
-        ):
+        if type(w) is not np.ndarray or w.dtype != FLOAT:
             return None
+        shape = w.shape
+        if len(shape) != 2 or shape[0] != 6 or not shape[1]:
+            return None
+        counts.append(shape[1])
     columns = np.concatenate(wrenches, axis=1)
     if not columns.flags.c_contiguous:
         columns = np.ascontiguousarray(columns)
-    # A copy, so that the compiled code sees one kind of array: writable and contiguous.
-    wanted = np.array(tasks, order="C")
+    # The compiled code sees one kind of array: writable, aligned and contiguous.
+    wanted = tasks if tasks.flags.carray else np.array(tasks, order="C")
     forces = np.zeros((len(wrenches), 6))
-    widths = np.array([w.shape[1] for w in wrenches], dtype=np.int64)
     status, value, lower, upper, j = reach_one(
-        columns, widths, bound == "l1", True, wanted, 0.1 * tol if tol > 1e-9 else 1e-12, forces)
+        columns, _widths(tuple(counts)), bound == "l1", True, wanted, 0.1 * tol if tol > 1e-9 else 1e-12, forces)
     if status == SOLVED:
         return TaskScaling(value, lower, upper, j, forces)
     if status == ZERO:
         return nothing(len(wrenches), j, UNREACHABLE.format(j=j), upper)
     return None
+
+
+@functools.lru_cache(maxsize=256)
+def _widths(counts: tuple[int, ...]) -> np.ndarray:
+    """The counts as an array, which nobody writes to; kept, as most grasps have the same."""
+    return np.array(counts, dtype=np.int64)
 
 
 def scale_by_ray(packed: Packed, tasks: np.ndarray, tol: float) -> TaskScaling:

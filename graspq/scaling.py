@@ -18,7 +18,7 @@ INFEASIBLE = ("no scale q >= 0 puts task {j} inside the wrench space: without un
               " contacts press with their limit")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class TaskScaling:
     """The largest factor by which every task wrench stays inside the wrench space.
 
@@ -40,6 +40,12 @@ class TaskScaling:
     critical_task: int
     forces: np.ndarray
     reason: str = ""
+
+    def __init__(self, value: float, lower: float, upper: float, critical_task: int,
+                 forces: np.ndarray, reason: str = "") -> None:
+        # What a frozen dataclass writes sets every field by itself, which takes twice as long.
+        self.__dict__.update(value=value, lower=lower, upper=upper,
+                             critical_task=critical_task, forces=forces, reason=reason)
 
 
 def task_scaling(
