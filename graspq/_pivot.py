@@ -109,6 +109,21 @@ def start_basis(desk, task, size, small):
 
 
 @compiled
+def turn_basis(desk, target, small):
+    """Make a basis hold another target: what it lies away from gives way to short opposites."""
+    sheet = desk.sheet
+    for r in range(6):
+        weight = 0.0
+        for c in range(6):
+            weight += sheet[INVERSE + r, c] * target[c]
+        if weight < 0.0:
+            for c in range(6):
+                sheet[c, r] *= -small
+                sheet[INVERSE + r, c] /= -small
+            desk.kinds[r] = ARTIFICIAL
+
+
+@compiled
 def primal(desk, target, task, body, pads, stop, cap):
     """Pivot until no vertex improves ``target``; return (solved, upper bound on q, steps)."""
     inverse, scratch = desk.sheet[INVERSE:INVERSE + 6], desk.sheet[SCRATCH:]

@@ -29,7 +29,18 @@ from graspq._desk import (
 )
 from graspq._jit import compiled, entry
 from graspq._oracle import FAST, add_atom
-from graspq._pivot import SMALL, TALL, dot, dual, price, primal, row_sum, start_basis, times
+from graspq._pivot import (
+    SMALL,
+    TALL,
+    dot,
+    dual,
+    price,
+    primal,
+    row_sum,
+    start_basis,
+    times,
+    turn_basis,
+)
 
 SOLVED, ZERO, CAPPED = 0, 1, 2
 TINY = 1e-9
@@ -131,19 +142,22 @@ def shoot(desk, task, size, body, pads, stop):
     warm = True
     for r in range(6):
         warm = warm and kinds[r] != ARTIFICIAL
-    if warm and dual(desk, task, body, pads, stop, cap // 7) == 0:
+    if warm and not plain and dual(desk, task, body, pads, stop, cap // 7) == 0:
         good, value, upper, left = _settle(desk, task, size, body, pads, stop)
         if good and left == 0.0 and upper <= value * (1.0 + max(1e-9, 10.0 * stop)):
             return SOLVED, value, value, max(upper, value)
     jitter = 1e-10
     best = np.inf
-    # The first attempt of a plain polytope is the quick one; the others are the careful ones.
-    for attempt in range(0 if plain else 1, 5):
-        small = TALL if attempt == 0 else SMALL
-        start_basis(desk, task, size, small)
+    # Plain polytopes start warm or in the quick way; the other attempts are the careful ones.
+    for attempt in range((-1 if warm else 0) if plain else 1, 5):
+        small = TALL if attempt <= 0 else SMALL
+        if attempt >= 0:
+            start_basis(desk, task, size, small)
         for r in range(6):
             push = jitter * far * size[r] * (1.0 + 0.37 * ((r * 5 + 3 * max(attempt - 1, 0)) % 7))
             target[r] = task[r] + (push if task[r] >= 0.0 else -push)
+        if attempt < 0:
+            turn_basis(desk, target, small)
         shrunk = False
         while True:
             if plain:
@@ -167,6 +181,8 @@ def shoot(desk, task, size, body, pads, stop):
                 if best > value * (1.0 + max(1e-9, 10.0 * stop)) and attempt < 4:
                     break
                 return SOLVED, value, value, max(best, value)
+            if attempt < 0:
+                break
             if shrunk:
                 return ZERO, 0.0, 0.0, best
             for r in range(6):

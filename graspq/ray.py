@@ -44,8 +44,9 @@ def scale_at_once(wrenches: Any, tasks: Any, bound: str, tol: float) -> TaskScal
     # The compiled code sees one kind of array: writable, aligned and contiguous.
     wanted = tasks if tasks.flags.carray else np.array(tasks, order="C")
     forces = np.zeros((len(wrenches), 6))
+    stop = 0.1 * tol if tol > 1e-9 else 1e-12
     status, value, lower, upper, j = reach_one(
-        columns, _widths(tuple(counts)), bound == "l1", True, wanted, 0.1 * tol if tol > 1e-9 else 1e-12, forces)
+        columns, _widths(tuple(counts)), bound == "l1", True, wanted, stop, forces)
     if status == SOLVED:
         return TaskScaling(value, lower, upper, j, forces)
     if status == ZERO:
