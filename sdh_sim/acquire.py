@@ -33,6 +33,7 @@ def acquire(cell: Cell, thing: ObjectInfo, course: Course) -> None:
         course.opening,
         cell.limits,
         scene.model.actuator_gainprm[scene.motors, 0],
+        scene.model.dof_damping[scene.motor_dof],
     )
     cell.phase = "close"
     for _ in range(round(CLOSE_TIME / cell.tick_time)):

@@ -9,6 +9,9 @@ from sdh_sim.hand import MOTOR_FINGER, preshape_angles
 
 CLOSING_RATE = 0.6  # closing ratio per second: about 50 deg/s, a quarter of the top speed
 STALL_SHARE = 0.2  # of its torque limit at which a motor counts as stopped by the object
+# No motor counts as stopped below three times the torque that moving freely takes (it takes twice
+# that to set off), or most of a limit too low for that: weak motors must get to the object at all.
+OVER_FREE, NEAR_LIMIT = 3.0, 0.9
 SQUEEZE_TIME = 0.6  # [s] over which the grip is built up
 # Torque that the squeezing reference asks of a motor the object does not let move, over its limit:
 # just enough to saturate it. Far more would let the two fingers, together stronger than the thumb,
@@ -29,14 +32,26 @@ class FingerControl:
     """
 
     def __init__(
-        self, preshape: str, ratio: float, torque_limits: np.ndarray, stiffness: np.ndarray
-    ) -> None:
+        self, preshape: str, ratio: float, torque_limits: np.ndarray, stiffness: np.ndarray,
+        damping: np.ndarray,
+    ) -> None:  # fmt: skip
+        """Start at a closing ratio.
+
+        Args:
+            preshape: key of ``sdh2_constants.PRESHAPES``.
+            ratio: closing ratio of all fingers.
+            torque_limits: of the motors (7,) [N m].
+            stiffness: gains of their position servos (7,) [N m/rad].
+            damping: of their joints (7,) [N m s/rad].
+        """
         self.preshape = preshape
         self.ratio = np.full(3, float(ratio))
         self.stalled = np.zeros(3, dtype=bool)
         self.reference = preshape_angles(preshape, self.ratio)
         flexion = np.array([m.kind != "spread" for m in c.MOTORS])
-        self._stall = np.where(flexion, STALL_SHARE * torque_limits, np.inf)
+        way = np.abs(preshape_angles(preshape, 1.0) - preshape_angles(preshape, 0.0))
+        least = np.minimum(OVER_FREE * damping * way * CLOSING_RATE, NEAR_LIMIT * torque_limits)
+        self._stall = np.where(flexion, np.maximum(STALL_SHARE * torque_limits, least), np.inf)
         self._load = np.zeros(len(c.MOTORS))  # torques over the stall torques, at the last tick
         self._advance = np.zeros(3)  # of the closing ratios in the last tick
         squeezes = [

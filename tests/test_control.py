@@ -14,6 +14,7 @@ from sdh_sim.settings import TrialSettings
 
 LIMITS = torque_limits((1.6, 1.0))
 STIFFNESS = np.array([30.0, 20, 20, 20, 20, 20, 20])
+DAMPING = np.array([0.2, 0.05, 0.05, 0.05, 0.05, 0.05, 0.05])
 NOTHING = np.zeros(7)
 # Motors: spread, finger 2, thumb, finger 1, proximal before distal; fingers in the order 1, 2,
 # thumb.
@@ -21,7 +22,7 @@ SPREAD, F2_PROXIMAL, F2_DISTAL, T_PROXIMAL, T_DISTAL, F1_PROXIMAL, F1_DISTAL = r
 
 
 def control(preshape: str = "parallel", ratio: float = 0.2) -> FingerControl:
-    return FingerControl(preshape, ratio, LIMITS, STIFFNESS)
+    return FingerControl(preshape, ratio, LIMITS, STIFFNESS, DAMPING)
 
 
 def test_it_starts_at_the_preshape():
@@ -100,6 +101,21 @@ def test_where_a_finger_stops_does_not_depend_on_the_tick():
     assert stops == pytest.approx([0.3] * 3, abs=1e-12)
 
 
+@pytest.mark.parametrize(("limit", "stall"), [(0.4, 0.1288), (0.1, 0.09)])
+def test_weak_motors_are_not_stopped_by_what_moving_takes(limit, stall):
+    # A phalanx closes by 82 degrees over the ratio, at 0.6 a second: 0.05 N m s/rad take 0.0429 N m
+    # of its motor, and three times that is 0.1288.
+    def stopped(torque: float) -> bool:
+        fingers = FingerControl("parallel", 0.2, np.full(7, limit), STIFFNESS, DAMPING)
+        torques = np.zeros(7)
+        torques[T_DISTAL] = torque
+        fingers.close(torques, 0.01)
+        return bool(fingers.stalled[2])
+
+    assert not stopped(0.99 * stall)
+    assert stopped(1.01 * stall)
+
+
 def test_the_spread_motor_stops_no_finger():
     fingers = control("centrical")
     torques = np.zeros(7)
@@ -166,7 +182,7 @@ def test_a_squeezing_motor_gives_its_limit_and_no_more():
     data = sdh_press.against_thumb_proximal(scene)
     limits = torque_limits(scene.settings.torque_limit)
     kp = scene.model.actuator_gainprm[scene.motors, 0]
-    fingers = FingerControl("parallel", 0.5, limits, kp)
+    fingers = FingerControl("parallel", 0.5, limits, kp, DAMPING)
     start = data.qpos[scene.motor_qpos].copy()
     peak = np.zeros(7)
     for _ in range(100):
