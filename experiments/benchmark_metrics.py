@@ -191,8 +191,9 @@ def measure(case: Case, count: int, hulls: int, rng: np.random.Generator) -> lis
     pairs = list(zip(grasps, tasks, strict=True))
     single = float(np.median(per_call(lambda p: gq.task_scaling(*p), pairs)))
     again = max(1, BATCH // (count * (20 if case.taxels else 1)))
-    one, two = (batched(lambda w=w: gq.task_scaling_batch(again * grasps, again * tasks, workers=w),
-                        again * count) for w in (1, 2))
+    many, wanted = np.array(again * grasps), np.array(again * tasks)
+    one, two = (batched(lambda w=w: gq.task_scaling_batch(many, wanted, workers=w), len(many))
+                for w in (1, 2))
     linprog = float(np.median(per_call(lambda p: linprog_call(*p), pairs[:LINPROG_CALLS])))
     gravity = [gq.gravity_tasks(0.3, 0.005 * rng.normal(size=3), rng.normal(size=3))
                for _ in grasps]

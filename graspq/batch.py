@@ -38,7 +38,7 @@ class _Flat(NamedTuple):
 
 
 def task_scaling_batch(
-    grasps: Sequence[Any],
+    grasps: Sequence[Any] | np.ndarray,
     tasks: Any,
     bound: str = "linf",
     unloading: bool = True,
@@ -49,8 +49,9 @@ def task_scaling_batch(
     """Return q* of every grasp.
 
     Args:
-        grasps: N grasps, each a list of (6, l_i) arrays or ``EllipsoidSet``.
-        tasks: one task set (6, m) for all, or a list of N, one per grasp.
+        grasps: N grasps, each a list of (6, l_i) arrays or ``EllipsoidSet``; or, where all have
+            as many contacts and columns, one array (N, n, 6, l), which spares packing them.
+        tasks: one task set (6, m) for all, or N of them, one per grasp: a list or (N, 6, m).
         bound: as in ``task_scaling``.
         unloading: as in ``task_scaling``.
         tol: as in ``task_scaling``.
@@ -90,7 +91,7 @@ def task_scaling_batch(
 
     def one(g: int) -> None:
         own = common if common is not None else tasks[g]
-        s = task_scaling(grasps[g], own, bound, unloading, tol=tol)
+        s = task_scaling(_contacts(grasps[g]), own, bound, unloading, tol=tol)
         out[g] = 0, s.value, s.lower, s.upper, s.critical_task
 
     if unloading:
@@ -103,7 +104,7 @@ def task_scaling_batch(
 
 
 def epsilon_batch(
-    grasps: Sequence[Any],
+    grasps: Sequence[Any] | np.ndarray,
     bound: str = "linf",
     unloading: bool = True,
     *,
@@ -127,7 +128,7 @@ def epsilon_batch(
                   out[low:high])
 
     def one(g: int) -> None:
-        out[g] = 0, epsilon(grasps[g], bound, unloading, tol)
+        out[g] = 0, epsilon(_contacts(grasps[g]), bound, unloading, tol)
 
     _spread(count, workers, stretch, _most(grasps))
     left = np.flatnonzero(out[:, 0] > 0)
@@ -136,7 +137,7 @@ def epsilon_batch(
 
 
 def volume_batch(
-    grasps: Sequence[Any],
+    grasps: Sequence[Any] | np.ndarray,
     bound: str = "linf",
     unloading: bool = True,
     *,
@@ -149,7 +150,7 @@ def volume_batch(
     out = np.zeros(_count(grasps))
 
     def one(g: int) -> None:
-        out[g] = volume(grasps[g], bound, unloading)
+        out[g] = volume(_contacts(grasps[g]), bound, unloading)
 
     _each(range(len(out)), workers, one)
     return out
@@ -162,8 +163,15 @@ def _count(grasps: Any) -> int:
     return len(grasps)
 
 
-def _flatten(grasps: Sequence[Any]) -> _Flat | None:
+def _contacts(grasp: Any) -> Any:
+    """A grasp as the single functions take it: an array (n, 6, l) as a list."""
+    return list(grasp) if isinstance(grasp, np.ndarray) and grasp.ndim == 3 else grasp
+
+
+def _flatten(grasps: Sequence[Any] | np.ndarray) -> _Flat | None:
     """All grasps as one array, or None when a grasp needs the single functions' care."""
+    if isinstance(grasps, np.ndarray) and grasps.dtype.kind in "fiu":
+        return _flatten_array(grasps)
     try:
         sizes = [len(grasp) for grasp in grasps]
         sets = [w for grasp in grasps for w in grasp]
@@ -175,12 +183,25 @@ def _flatten(grasps: Sequence[Any]) -> _Flat | None:
         min(sizes) == 0 or widths.min() == 0
     ):
         return None
+    return _flat(columns, widths, np.array(sizes, dtype=np.int64))
+
+
+def _flatten_array(grasps: np.ndarray) -> _Flat | None:
+    """``_flatten`` of an array (N, n, 6, l)."""
+    if grasps.ndim != 4 or grasps.shape[2] != 6 or 0 in grasps.shape:
+        return None
+    count, contacts, _, width = grasps.shape
+    columns = grasps.transpose(2, 0, 1, 3).reshape(6, -1)
+    return _flat(columns, np.full(count * contacts, width), np.full(count, contacts))
+
+
+def _flat(columns: np.ndarray, widths: np.ndarray, sizes: np.ndarray) -> _Flat | None:
     columns = np.ascontiguousarray(columns, dtype=float)
     with np.errstate(invalid="ignore", over="ignore"):
         # The sum is finite when every entry is, short of 1e308.
         if not np.isfinite(columns.sum()):
             return None
-    first, contacts = np.zeros(len(sets) + 1, np.int64), np.zeros(len(sizes) + 1, np.int64)
+    first, contacts = np.zeros(len(widths) + 1, np.int64), np.zeros(len(sizes) + 1, np.int64)
     np.cumsum(widths, out=first[1:])
     np.cumsum(sizes, out=contacts[1:])
     return _Flat(columns, widths, first, contacts)
@@ -237,7 +258,7 @@ def _spread(
         list(pool.map(run, cuts[:-1], cuts[1:]))
 
 
-def _most(grasps: Sequence[Any]) -> int:
+def _most(grasps: Sequence[Any] | np.ndarray) -> int:
     """How many grasps like the first to pack at once, so that they stay in the cache."""
     try:
         columns = sum(w.shape[1] for w in grasps[0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -27,18 +28,22 @@ def repeat_trial(
     """
     count = held = 0
     for _ in range(scene.settings.repeats):
-        copy = _perturbed(scene, thing, course, rng)
+        copy = perturbed(scene, thing, course, rng)
         factor = 1.0 + scene.settings.repeat_friction * float(rng.standard_normal())
         if copy is None:
             continue
         count += 1
-        held += _holds(scene, thing, copy, max(factor, 0.05))
+        held += grasp_and_lift(scene, thing, copy, max(factor, 0.05))[0] == "none"
     return Rate(held, count)
 
 
-def _perturbed(
+def perturbed(
     scene: Scene, thing: ObjectInfo, course: Course, rng: np.random.Generator
 ) -> Course | None:
+    """The course with the noise of ``settings`` on the hand's position and roll.
+
+    None where none of the draws is feasible.
+    """
     settings = scene.settings
     for _ in range(DRAWS):
         plan = replace(
@@ -52,14 +57,26 @@ def _perturbed(
     return None
 
 
-def _holds(scene: Scene, thing: ObjectInfo, course: Course, friction: float) -> bool:
+def grasp_and_lift(
+    scene: Scene, thing: ObjectInfo, course: Course, friction: float = 1.0
+) -> tuple[str, float, float]:
+    """Run a trial's grasp and lift alone.
+
+    Args:
+        scene, thing, course: as of a trial.
+        friction: factor on the friction between hand and object.
+
+    Returns:
+        how it failed (``none``: it held), greatest displacement [mm] and rotation [deg] of the
+        object in the hand, NaN where there was no contact or the simulation diverged.
+    """
     cell = Cell(scene)
     with cell.friction_scaled(friction):
         try:
             acquire(cell, thing, course)
             if sum(cell.hand_touch()) == 0.0:
-                return False
+                return "no_contact", math.nan, math.nan
             moved, turned, fell = lift(cell, thing, course, cell.object_in_hand())
         except Diverged:
-            return False
-    return outcome.classify(True, fell, moved, turned) == "none"
+            return "unstable_simulation", math.nan, math.nan
+    return outcome.classify(True, fell, moved, turned), moved, turned

@@ -47,6 +47,40 @@ def test_epsilon_and_volume_batch():
                                   [gq.volume(g) for g in small])
 
 
+@pytest.mark.parametrize("bound", ["linf", "l1"])
+def test_an_array_is_as_good_as_lists(bound):
+    rng = np.random.default_rng(9)
+    grasps = [[gq.contact_wrenches(c, 6) for c in contacts(rng, "soft")[:3]] for _ in range(40)]
+    wanted = [rng.normal(size=(6, 2)) for _ in grasps]
+    array, tasks_array = np.array(grasps), np.array(wanted)
+    assert array.shape == (40, 3, 6, 8)
+    for workers in (1, 2):
+        listed = gq.task_scaling_batch(grasps, wanted, bound, workers=workers)
+        for a, b in zip(listed, gq.task_scaling_batch(array, tasks_array, bound, workers=workers),
+                        strict=True):  # fmt: skip
+            np.testing.assert_array_equal(a, b)
+    # Any layout in memory, and no unloading, which goes grasp by grasp.
+    turned = np.asfortranarray(array)
+    np.testing.assert_array_equal(gq.task_scaling_batch(turned, wanted, bound, False).value,
+                                  gq.task_scaling_batch(grasps, wanted, bound, False).value)
+    np.testing.assert_array_equal(gq.epsilon_batch(turned, bound), gq.epsilon_batch(grasps, bound))
+    np.testing.assert_array_equal(gq.volume_batch(array[:4, :2], bound),
+                                  gq.volume_batch([g[:2] for g in grasps[:4]], bound))
+
+
+@pytest.mark.parametrize("shape", [(4, 6, 8), (4, 3, 5, 8), (4, 0, 6, 8), (4, 3, 6, 0), (4,)])
+def test_an_array_of_another_shape_is_refused(shape):
+    with pytest.raises(gq.GraspError, match=r"grasps\[0\]"):
+        gq.task_scaling_batch(np.ones(shape), np.eye(6)[:, :1])
+
+
+def test_an_array_with_no_number_in_it_is_refused():
+    array = np.ones((3, 2, 6, 5))
+    array[1, 1, 2, 3] = np.nan
+    with pytest.raises(gq.GraspError, match="finite"):
+        gq.task_scaling_batch(array, np.eye(6)[:, :1])
+
+
 def test_ellipsoids_in_a_batch():
     rng = np.random.default_rng(1)
     grasps = [[gq.contact_wrenches(c, None) for c in contacts(rng, "soft")] for _ in range(6)]
