@@ -19,7 +19,7 @@ from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import run_trial
 
 BOTTLE = TrialSettings("cylindrical_bottle")
-HELD_SEED = 1  # a grasp that holds, about three times the weight
+HELD_SEED = 11  # a grasp that holds 2.3 times the weight, well on its pads
 
 
 @pytest.fixture(scope="module")
