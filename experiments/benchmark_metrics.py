@@ -16,7 +16,7 @@ from graspq.contact import tangent_basis
 
 LINPROG_CALLS = 15
 HULL_LIMIT = 4000
-BATCH = 6000
+BATCH = 30_000
 
 
 @dataclass(frozen=True)
