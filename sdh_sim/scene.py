@@ -20,7 +20,7 @@ ARM_JOINTS = tuple(f"joint{k}" for k in range(1, 7))
 # a held object creeps by micrometres per second.
 PAD_IMPEDANCE = 0.95
 PAD_DAMPING_RATIO = 1.0
-# Time constant of contacts away from the pads: hard, but resolved by the time step.
+# Time constant of contacts away from the pads and the table: hard, but resolved by the time step.
 HARD_SOLREF = (0.01, 1.0)
 RIGID = 100.0  # factor on the arm's stiffness where it is to be rigid
 
