@@ -101,9 +101,7 @@ def main(argv: list[str] | None = None) -> None:
         table.add_row(*_cells(name, simulated, wall, stepping), str(compiled))
     table.add_row(*_cells("all", *sums), "")
     console.print(table)
-    one, two = (
-        campaign_seconds(settings, workers, args.trials, args.seed) for workers in (1, 2)
-    )
+    one, two = (campaign_seconds(settings, workers, args.trials, args.seed) for workers in (1, 2))
     count = 4 * args.trials
     console.print(
         f"campaign of {count} trials: {60 * count / one:.0f} trials a minute with 1 worker, "

@@ -31,8 +31,12 @@ class Case:
 
 
 CASES = (
-    Case("3 hard", 3, False), Case("3 soft", 3, True), Case("4 hard, 6 edges", 4, False, 6),
-    Case("4 soft", 4, True), Case("6 soft", 6, True), Case("6 patches of 560", 6, True, 12, 46),
+    Case("3 hard", 3, False),
+    Case("3 soft", 3, True),
+    Case("4 hard, 6 edges", 4, False, 6),
+    Case("4 soft", 4, True),
+    Case("6 soft", 6, True),
+    Case("6 patches of 560", 6, True, 12, 46),
 )
 
 
@@ -105,8 +109,14 @@ def linprog_call(grasp: list[np.ndarray], task: np.ndarray) -> Any:
     columns, sums = stacked(grasp)
     cost = np.zeros(columns.shape[1] + 1)
     cost[-1] = -1.0
-    return linprog(cost, A_eq=np.column_stack([columns, -task]), b_eq=np.zeros(6), method="highs",
-                   A_ub=np.column_stack([sums, np.zeros(len(grasp))]), b_ub=np.ones(len(grasp)))
+    return linprog(
+        cost,
+        A_eq=np.column_stack([columns, -task]),
+        b_eq=np.zeros(6),
+        method="highs",
+        A_ub=np.column_stack([sums, np.zeros(len(grasp))]),
+        b_ub=np.ones(len(grasp)),
+    )
 
 
 def linprog_joint(grasp: list[np.ndarray], tasks: np.ndarray) -> Any:
@@ -117,14 +127,21 @@ def linprog_joint(grasp: list[np.ndarray], tasks: np.ndarray) -> Any:
     columns, sums = stacked(grasp)
     count = tasks.shape[1]
     balance = sparse.hstack(
-        [sparse.block_diag([columns] * count), -tasks.T.reshape(-1, 1)], format="csc")
+        [sparse.block_diag([columns] * count), -tasks.T.reshape(-1, 1)], format="csc"
+    )
     limits = sparse.hstack(
-        [sparse.block_diag([sums] * count), sparse.csc_array((len(grasp) * count, 1))],
-        format="csc")
+        [sparse.block_diag([sums] * count), sparse.csc_array((len(grasp) * count, 1))], format="csc"
+    )
     cost = np.zeros(columns.shape[1] * count + 1)
     cost[-1] = -1.0
-    return linprog(cost, A_eq=balance, b_eq=np.zeros(6 * count), A_ub=limits,
-                   b_ub=np.ones(len(grasp) * count), method="highs")
+    return linprog(
+        cost,
+        A_eq=balance,
+        b_eq=np.zeros(6 * count),
+        A_ub=limits,
+        b_ub=np.ones(len(grasp) * count),
+        method="highs",
+    )
 
 
 def stacked(grasp: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
@@ -135,6 +152,7 @@ def stacked(grasp: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
 
 def set_seconds(grasp: list[np.ndarray], tasks: np.ndarray) -> float:
     """Seconds of linprog for q* of a task set: one program per task or one for all."""
+
     def separate() -> None:
         for task in tasks.T:
             linprog_call(grasp, task[:, None])
@@ -158,8 +176,14 @@ def warm_highs(grasp: list[np.ndarray], tasks: np.ndarray) -> float | None:
     for _ in grasp:
         model.addRow(-infinity, 1.0, 0, np.array([], dtype=np.int32), np.array([]))
     for j in range(columns.shape[1]):
-        model.addCol(0.0, 0.0, infinity, 7, np.array([0, 1, 2, 3, 4, 5, 6 + owner[j]], np.int32),
-                     np.append(columns[:, j], 1.0))
+        model.addCol(
+            0.0,
+            0.0,
+            infinity,
+            7,
+            np.array([0, 1, 2, 3, 4, 5, 6 + owner[j]], np.int32),
+            np.append(columns[:, j], 1.0),
+        )
     model.addCol(-1.0, 0.0, infinity, 6, np.arange(6, dtype=np.int32), -tasks[:, 0])
     last = columns.shape[1]
     model.run()
@@ -186,17 +210,21 @@ def measure(case: Case, count: int, hulls: int, rng: np.random.Generator) -> lis
     """One row of the table."""
     count = max(2, count // 10) if case.taxels else count
     grasps = closed_grasps(case, count, rng)
-    tasks = [rng.normal(size=(6, 1)) * np.array([[1], [1], [1], [0.05], [0.05], [0.05]])
-             for _ in grasps]
+    tasks = [
+        rng.normal(size=(6, 1)) * np.array([[1], [1], [1], [0.05], [0.05], [0.05]]) for _ in grasps
+    ]
     pairs = list(zip(grasps, tasks, strict=True))
     single = float(np.median(per_call(lambda p: gq.task_scaling(*p), pairs)))
     again = max(1, BATCH // (count * (20 if case.taxels else 1)))
     many, wanted = np.array(again * grasps), np.array(again * tasks)
-    one, two = (batched(lambda w=w: gq.task_scaling_batch(many, wanted, workers=w), len(many))
-                for w in (1, 2))
+    one, two = (
+        batched(lambda w=w: gq.task_scaling_batch(many, wanted, workers=w), len(many))
+        for w in (1, 2)
+    )
     linprog = float(np.median(per_call(lambda p: linprog_call(*p), pairs[:LINPROG_CALLS])))
-    gravity = [gq.gravity_tasks(0.3, 0.005 * rng.normal(size=3), rng.normal(size=3))
-               for _ in grasps]
+    gravity = [
+        gq.gravity_tasks(0.3, 0.005 * rng.normal(size=3), rng.normal(size=3)) for _ in grasps
+    ]
     sets = batched(lambda: gq.task_scaling_batch(grasps, gravity, workers=1), count)
     linprog_set = set_seconds(grasps[0], gravity[0])
     warm = warm_highs(grasps[0], np.hstack(tasks[:50]))
@@ -204,26 +232,35 @@ def measure(case: Case, count: int, hulls: int, rng: np.random.Generator) -> lis
     measured = [t for t in (hull_seconds(g) for g in grasps[:hulls]) if t is not None]
     qhull = float(np.mean(measured)) if measured else None
     try:
-        volume = float(np.median(per_call(gq.volume, grasps[:max(2, count // 10)])))
+        volume = float(np.median(per_call(gq.volume, grasps[: max(2, count // 10)])))
     except gq.GraspError:
         volume = None
 
     def versus(own: float | None) -> str:
         return "-" if qhull is None or own is None else f"{qhull / own:,.0f}"
 
-    return [case.name, f"{1e6 * single:.1f}", f"{linprog / single:,.0f}", f"{1e6 * one:.1f}",
-            f"{linprog / one:,.0f}", f"{one / two:.2f}",
-            f"{1e6 * sets:.0f}", f"{linprog_set / sets:,.0f}",
-            "-" if warm is None else f"{warm / one:,.0f}",
-            f"{1e3 * np.median(ball):.2f} / {1e3 * ball.max():.2f}",
-            versus(float(np.median(ball))), "-" if volume is None else f"{1e3 * volume:.2f}",
-            versus(volume)]
+    return [
+        case.name,
+        f"{1e6 * single:.1f}",
+        f"{linprog / single:,.0f}",
+        f"{1e6 * one:.1f}",
+        f"{linprog / one:,.0f}",
+        f"{one / two:.2f}",
+        f"{1e6 * sets:.0f}",
+        f"{linprog_set / sets:,.0f}",
+        "-" if warm is None else f"{warm / one:,.0f}",
+        f"{1e3 * np.median(ball):.2f} / {1e3 * ball.max():.2f}",
+        versus(float(np.median(ball))),
+        "-" if volume is None else f"{1e3 * volume:.2f}",
+        versus(volume),
+    ]
 
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the benchmark from the command line."""
-    parser = Parser(prog="python -m experiments.benchmark_metrics",
-                    description=(__doc__ or "").splitlines()[0])
+    parser = Parser(
+        prog="python -m experiments.benchmark_metrics", description=(__doc__ or "").splitlines()[0]
+    )
     parser.add_argument("--grasps", type=int, default=300, help="grasps per case")
     parser.add_argument("--hulls", type=int, default=1, help="grasps per case that qhull gets")
     parser.add_argument("--seed", type=int, default=0)
@@ -239,9 +276,21 @@ def main(arguments: list[str] | None = None) -> None:
     # Wide enough for every column, also where the output goes to a file.
     console = Console(width=max(Console().width, 190))
     table = Table(title="graspq, independent bounds with unloading; × is how many times faster")
-    heads = ("case", "q* call [µs]", "× linprog", "q* batch [µs]", "× linprog", "2 threads ×",
-             "q* 20 tasks [µs]", "× linprog", "× warm HiGHS", "ε median / worst [ms]", "× qhull",
-             "V [ms]", "× qhull")
+    heads = (
+        "case",
+        "q* call [µs]",
+        "× linprog",
+        "q* batch [µs]",
+        "× linprog",
+        "2 threads ×",
+        "q* 20 tasks [µs]",
+        "× linprog",
+        "× warm HiGHS",
+        "ε median / worst [ms]",
+        "× qhull",
+        "V [ms]",
+        "× qhull",
+    )
     for head in heads:
         table.add_column(head, justify="left" if head == "case" else "right")
     rng = np.random.default_rng(options.seed)

@@ -38,9 +38,7 @@ def load_section(
     tested = [
         k
         for k, row in enumerate(rows)
-        if row.get("q_sim") is not None
-        and row["failure"] not in NO_TRUTH
-        and not row.get(SURPLUS)
+        if row.get("q_sim") is not None and row["failure"] not in NO_TRUTH and not row.get(SURPLUS)
     ]
     return Section(
         "Why the bounds miss",
@@ -63,9 +61,7 @@ def circumstances() -> list[tuple[str, Callable[[Row], bool]]]:
     ]  # fmt: skip
 
 
-def by_circumstance(
-    rows: Sequence[Row], q: dict[str, np.ndarray], tested: Sequence[int]
-) -> str:
+def by_circumstance(rows: Sequence[Row], q: dict[str, np.ndarray], tested: Sequence[int]) -> str:
     """Median and spread of q*/q_sim of every bound in some parts of the trials."""
     lines = []
     for text, belongs in circumstances():

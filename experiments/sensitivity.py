@@ -195,8 +195,7 @@ def main(argv: list[str] | None = None) -> int:
     )
     results = dict(zip(settings, run_all(work, settings, "assumptions"), strict=True))
     lines = [
-        Line(s.key, s.value, *(_summary(q[:, k], held) for k in (0, 1)))
-        for s, q in results.items()
+        Line(s.key, s.value, *(_summary(q[:, k], held) for k in (0, 1))) for s, q in results.items()
     ]
     with (out / "sensitivity.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)

@@ -67,12 +67,18 @@ def load_mesh(folder: Path) -> tuple[np.ndarray, np.ndarray]:
 
 
 def random_grasps(
-    points: np.ndarray, normals: np.ndarray, friction: float, count: int,
-    rng: np.random.Generator, advance: Any,
+    points: np.ndarray,
+    normals: np.ndarray,
+    friction: float,
+    count: int,
+    rng: np.random.Generator,
+    advance: Any,
 ) -> tuple[list[list[np.ndarray]], list[np.ndarray]]:
     """Grasps and task wrenches that independent bounds can exert."""
-    cones = [gq.contact_wrenches(gq.Contact(p, n, friction))
-             for p, n in zip(points, normals, strict=True)]
+    cones = [
+        gq.contact_wrenches(gq.Contact(p, n, friction))
+        for p, n in zip(points, normals, strict=True)
+    ]
     grasps: list[list[np.ndarray]] = []
     wanted: list[np.ndarray] = []
     tried = 0
@@ -116,18 +122,26 @@ def print_table(title: str, rows: dict[str, Row], console: Any) -> None:
         table.add_column(head, justify="right" if head != "bound" else "left")
     closed = rows["linf"].epsilon > 0
     for bound, row in rows.items():
+
         def both(values: np.ndarray, scale: float = 1.0) -> str:
             if not len(values):
                 return "none"
             return f"{scale * values.mean():.2f} ± {scale * values.std():.2f}"
 
-        table.add_row(NAMES[bound], both(row.q), both(row.volume, 1e3),
-                      both(row.epsilon[closed], 1e3), f"{1e3 * row.q_time:.3f}",
-                      f"{row.gws_time:.4f}")
+        table.add_row(
+            NAMES[bound],
+            both(row.q),
+            both(row.volume, 1e3),
+            both(row.epsilon[closed], 1e3),
+            f"{1e3 * row.q_time:.3f}",
+            f"{row.gws_time:.4f}",
+        )
         table.add_row(f"{NAMES[bound]} paper", *PAPER[bound], style="dim")
     console.print(table)
-    console.print(f"force closure {100 * closed.mean():.1f} % (paper 41.9 %), misjudged by L1"
-                  f" (q* < 1) {100 * (rows['l1'].q < 1).mean():.1f} % (paper 86.7 %)")
+    console.print(
+        f"force closure {100 * closed.mean():.1f} % (paper 41.9 %), misjudged by L1"
+        f" (q* < 1) {100 * (rows['l1'].q < 1).mean():.1f} % (paper 86.7 %)"
+    )
 
 
 def draw(rows: dict[str, dict[str, Row]], path: Path) -> None:
@@ -140,9 +154,13 @@ def draw(rows: dict[str, dict[str, Row]], path: Path) -> None:
     figure, axes = plt.subplots(figsize=(7, 3.2), layout="constrained")
     for k, (bound, colour) in enumerate((("linf", "#1f6f8b"), ("l1", "#d1603d"))):
         boxes = axes.boxplot(
-            [np.minimum(r[bound].q, 3.0) for r in rows.values()], widths=0.32, patch_artist=True,
-            positions=np.arange(len(rows)) + 0.36 * k - 0.18, medianprops={"color": "black"},
-            flierprops={"markersize": 2})
+            [np.minimum(r[bound].q, 3.0) for r in rows.values()],
+            widths=0.32,
+            patch_artist=True,
+            positions=np.arange(len(rows)) + 0.36 * k - 0.18,
+            medianprops={"color": "black"},
+            flierprops={"markersize": 2},
+        )
         for box in boxes["boxes"]:
             box.set_facecolor(colour)
         boxes["boxes"][0].set_label(f"$q^*$ {NAMES[bound]}")
@@ -161,8 +179,10 @@ def compare_published(path: Path, console: Any) -> None:
     for name in sorted({key.split("/")[0] for key in data.files}):
         points, normals = data[f"{name}/points_m"], data[f"{name}/inward_vertex_normals"]
         friction = float(data[f"{name}/friction"])
-        grasps = [[gq.contact_wrenches(gq.Contact(points[i], normals[i], friction)) for i in ids]
-                  for ids in data[f"{name}/grasp_vertex_ids"]]
+        grasps = [
+            [gq.contact_wrenches(gq.Contact(points[i], normals[i], friction)) for i in ids]
+            for ids in data[f"{name}/grasp_vertex_ids"]
+        ]
         tasks = [t[:, None].copy() for t in data[f"{name}/task_wrench"]]
         for bound in NAMES:
             row = evaluate(grasps, tasks, bound)
@@ -173,19 +193,24 @@ def compare_published(path: Path, console: Any) -> None:
                 f"published {name} {NAMES[bound]}: {len(q)} grasps, largest deviation q*"
                 f" {np.abs(row.q / q - 1).max():.1e} relative, ε {far:.1e}, V"
                 f" {np.abs(row.volume / v - 1).max():.1e} relative,"
-                f" {int(((row.epsilon > 0) != closed).sum())} force closure flags differ")
+                f" {int(((row.epsilon > 0) != closed).sum())} force closure flags differ"
+            )
 
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the study from the command line."""
-    parser = Parser(prog="python -m experiments.table1",
-                    description=(__doc__ or "").splitlines()[0])
+    parser = Parser(
+        prog="python -m experiments.table1", description=(__doc__ or "").splitlines()[0]
+    )
     parser.add_argument("--grasps", type=int, default=250, help="grasps per object")
     parser.add_argument("--objects", nargs="+", default=list(OBJECTS), help="which objects")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("runs/table1"), help="folder of figure 6")
-    parser.add_argument("--reference", type=Path, help="published grasps (.npz); default:"
-                        " GRASPQ_REFERENCE_DATA where it is set")
+    parser.add_argument(
+        "--reference",
+        type=Path,
+        help="published grasps (.npz); default: GRASPQ_REFERENCE_DATA where it is set",
+    )
     options = parser.parse_args(arguments)
     if options.grasps < 1:
         fail(f"--grasps: expected at least 1, got {options.grasps}")
@@ -217,14 +242,18 @@ def run(options: argparse.Namespace, reference: Path | None) -> None:
         for name in options.objects:
             points, normals = load_mesh(MODELS / name)
             progress.update(bar, description=name)
-            grasps, tasks = random_grasps(points, normals, OBJECTS[name], options.grasps, rng,
-                                          lambda: progress.advance(bar))
+            grasps, tasks = random_grasps(
+                points, normals, OBJECTS[name], options.grasps, rng, lambda: progress.advance(bar)
+            )
             rows[name] = {b: evaluate(grasps, tasks, b) for b in NAMES}
     for name, row in rows.items():
         print_table(f"{name}: {options.grasps} random grasps", row, console)
     if len(rows) > 1:
-        print_table(f"all {len(rows)} objects", {b: merge([r[b] for r in rows.values()])
-                                                 for b in NAMES}, console)
+        print_table(
+            f"all {len(rows)} objects",
+            {b: merge([r[b] for r in rows.values()]) for b in NAMES},
+            console,
+        )
     picture = options.out / "figure6.png"
     draw(rows, picture)
     console.print(f"figure 6: {picture}")
@@ -234,9 +263,13 @@ def run(options: argparse.Namespace, reference: Path | None) -> None:
 
 def merge(rows: list[Row]) -> Row:
     """All objects' grasps together."""
-    return Row(np.concatenate([r.q for r in rows]), np.concatenate([r.epsilon for r in rows]),
-               np.concatenate([r.volume for r in rows]), float(np.mean([r.q_time for r in rows])),
-               float(np.mean([r.gws_time for r in rows])))
+    return Row(
+        np.concatenate([r.q for r in rows]),
+        np.concatenate([r.epsilon for r in rows]),
+        np.concatenate([r.volume for r in rows]),
+        float(np.mean([r.q_time for r in rows])),
+        float(np.mean([r.gws_time for r in rows])),
+    )
 
 
 if __name__ == "__main__":

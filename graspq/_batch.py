@@ -26,8 +26,15 @@ def _body(points, widths, united, zero):
         if not united:
             starts[i + 1] = at
     starts[contacts] = at
-    body = (points, starts, np.zeros((6, 0)), np.zeros((0, 6, 3)),
-            np.zeros(contacts + 1, np.int64), zero, np.zeros(6))
+    body = (
+        points,
+        starts,
+        np.zeros((6, 0)),
+        np.zeros((0, 6, 3)),
+        np.zeros(contacts + 1, np.int64),
+        zero,
+        np.zeros(6),
+    )
     return body, owners
 
 
@@ -50,8 +57,9 @@ def grasp_body(columns, widths, first, begin, end, united, zero):
 
 
 @entry
-def reach_many(columns, widths, first, contacts, united, zero, tasks, begins, ends, low, high, stop,
-               out):
+def reach_many(
+    columns, widths, first, contacts, united, zero, tasks, begins, ends, low, high, stop, out
+):
     """q* of the grasps low to high; rows of ``out`` are status, value, lower, upper, task.
 
     ``zero`` is always true: a literal would be another type, and double what is compiled.
@@ -72,9 +80,10 @@ def reach_many(columns, widths, first, contacts, united, zero, tasks, begins, en
         else:
             body, owners = grasp_body(columns, widths, first[begin], begin, end, united, zero)
             desk = new_desk(body[0].shape[1], body[1].shape[0] - 1)
-        wanted = tasks[:, begins[g]:ends[g]].copy()
+        wanted = tasks[:, begins[g] : ends[g]].copy()
         status, value, lower, upper, critical, sound = reach_at(
-            desk, wanted, body, pads, stop, owners, nobody, forces)
+            desk, wanted, body, pads, stop, owners, nobody, forces
+        )
         if not sound and spread(body, np.empty(6), np.empty(6), np.empty((6, 6))) == 0.0:
             status = SINGULAR
         out[g, 0], out[g, 1], out[g, 2], out[g, 3] = status, value, lower, upper
@@ -103,7 +112,8 @@ def reach_one(columns, widths, united, zero, tasks, stop, forces):
     body, owners = _body(columns, widths, united, zero)
     desk = new_desk(body[0].shape[1], body[1].shape[0] - 1)
     status, value, lower, upper, critical, sound = reach_at(
-        desk, tasks, body, pads, stop, owners, nobody, forces)
+        desk, tasks, body, pads, stop, owners, nobody, forces
+    )
     if not sound and spread(body, np.empty(6), np.empty(6), np.empty((6, 6))) == 0.0:
         return SINGULAR, 0.0, 0.0, 0.0, 0
     return status, value, lower, upper, critical

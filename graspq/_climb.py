@@ -36,8 +36,14 @@ def _scores(u, points, out):
     """out = u · points."""
     u0, u1, u2, u3, u4, u5 = u
     for k in range(points.shape[1]):
-        out[k] = (u0 * points[0, k] + u1 * points[1, k] + u2 * points[2, k]
-                  + u3 * points[3, k] + u4 * points[4, k] + u5 * points[5, k])
+        out[k] = (
+            u0 * points[0, k]
+            + u1 * points[1, k]
+            + u2 * points[2, k]
+            + u3 * points[3, k]
+            + u4 * points[4, k]
+            + u5 * points[5, k]
+        )
 
 
 @compiled(fastmath=FAST)
@@ -142,8 +148,14 @@ def climb(desk, target, task, body, stop, cap):
             product(lanes, SHARE, 0, six(target))
             u = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
             for r in range(6):
-                u = (u[0] + lanes[r], u[1] + lanes[8 + r], u[2] + lanes[16 + r],
-                     u[3] + lanes[24 + r], u[4] + lanes[32 + r], u[5] + lanes[40 + r])
+                u = (
+                    u[0] + lanes[r],
+                    u[1] + lanes[8 + r],
+                    u[2] + lanes[16 + r],
+                    u[3] + lanes[24 + r],
+                    u[4] + lanes[32 + r],
+                    u[5] + lanes[40 + r],
+                )
         vertex, h = goal, 0.0
         if listed:
             vertex = _listed_best(u, desk, body)
@@ -174,13 +186,22 @@ def climb(desk, target, task, body, stop, cap):
             places[PICKS + leave, i] = places[CHOICE, i]
         scale = 1.0 / lanes[8 * COLUMN + leave]
         p0, p1, p2 = lanes[leave] * scale, lanes[8 + leave] * scale, lanes[16 + leave] * scale
-        p3, p4, p5 = (lanes[24 + leave] * scale, lanes[32 + leave] * scale,
-                      lanes[40 + leave] * scale)
+        p3, p4, p5 = (
+            lanes[24 + leave] * scale,
+            lanes[32 + leave] * scale,
+            lanes[40 + leave] * scale,
+        )
         share = lanes[8 * SHARE + leave] * scale
         # The column's entries add up to h.
         slip = h - 1.0
-        u = (u[0] - slip * p0, u[1] - slip * p1, u[2] - slip * p2, u[3] - slip * p3,
-             u[4] - slip * p4, u[5] - slip * p5)
+        u = (
+            u[0] - slip * p0,
+            u[1] - slip * p1,
+            u[2] - slip * p2,
+            u[3] - slip * p3,
+            u[4] - slip * p4,
+            u[5] - slip * p5,
+        )
         sweep(lanes, 0, COLUMN, p0, leave)
         sweep(lanes, 1, COLUMN, p1, leave)
         sweep(lanes, 2, COLUMN, p2, leave)

@@ -45,9 +45,14 @@ class Desk(NamedTuple):
 def new_desk(columns, bodies):
     """A desk for sets of so many columns and bodies."""
     blocks = columns // 8 + bodies if columns <= MANY else SLOTS * bodies
-    return Desk(np.empty((SHEET, 6)), np.empty(8 * ROOM + 48 * blocks), np.empty(6, np.int64),
-                np.empty((PLACES, bodies), np.int64), np.empty(8 * blocks, np.int64),
-                np.empty(columns))
+    return Desk(
+        np.empty((SHEET, 6)),
+        np.empty(8 * ROOM + 48 * blocks),
+        np.empty(6, np.int64),
+        np.empty((PLACES, bodies), np.int64),
+        np.empty(8 * blocks, np.int64),
+        np.empty(columns),
+    )
 
 
 @compiled
@@ -122,7 +127,7 @@ def from_lanes(desk):
 @compiled
 def refactor(desk):
     """Invert the basis; False when there is no inverse."""
-    return invert(desk.sheet[0:6], desk.sheet[INVERSE:INVERSE + 6])
+    return invert(desk.sheet[0:6], desk.sheet[INVERSE : INVERSE + 6])
 
 
 @compiled
@@ -135,14 +140,24 @@ def refresh(desk):
     sheet, lanes = desk.sheet, desk.lanes
     to_lanes(desk)
     for c in range(6):
-        product(lanes, SPARE + c, 0, (sheet[0, c], sheet[1, c], sheet[2, c], sheet[3, c],
-                                      sheet[4, c], sheet[5, c]))
+        product(
+            lanes,
+            SPARE + c,
+            0,
+            (sheet[0, c], sheet[1, c], sheet[2, c], sheet[3, c], sheet[4, c], sheet[5, c]),
+        )
     if not off_identity(lanes, SPARE) <= CLOSE:
         return refactor(desk)
     for c in range(6):
         # Column c of 2 X - (X B) X.
-        x = (lanes[8 * c], lanes[8 * c + 1], lanes[8 * c + 2], lanes[8 * c + 3],
-             lanes[8 * c + 4], lanes[8 * c + 5])
+        x = (
+            lanes[8 * c],
+            lanes[8 * c + 1],
+            lanes[8 * c + 2],
+            lanes[8 * c + 3],
+            lanes[8 * c + 4],
+            lanes[8 * c + 5],
+        )
         product(lanes, COLUMN, SPARE, x)
         for r in range(6):
             sheet[INVERSE + r, c] = 2.0 * x[r] - lanes[8 * COLUMN + r]

@@ -30,13 +30,22 @@ def room(max_facets, max_vertices):
     size = 1
     while size < 12 * max_facets:
         size *= 2
-    return (np.empty((max_vertices, 6)), np.empty((max_vertices, 6)),
-            np.empty((max_facets, 6), np.int32), np.empty((max_facets, 6), np.int32),
-            np.empty((max_facets, 6)), np.zeros(max_facets, np.int8),
-            np.zeros(max_facets, np.int32), np.zeros(max_facets),
-            np.empty(max_facets, np.int32), np.empty(max_facets, np.int32),
-            np.empty(max_facets, np.int32), np.empty((1, max_facets)),
-            np.empty(size, np.int32), np.empty(size, np.int64))
+    return (
+        np.empty((max_vertices, 6)),
+        np.empty((max_vertices, 6)),
+        np.empty((max_facets, 6), np.int32),
+        np.empty((max_facets, 6), np.int32),
+        np.empty((max_facets, 6)),
+        np.zeros(max_facets, np.int8),
+        np.zeros(max_facets, np.int32),
+        np.zeros(max_facets),
+        np.empty(max_facets, np.int32),
+        np.empty(max_facets, np.int32),
+        np.empty(max_facets, np.int32),
+        np.empty((1, max_facets)),
+        np.empty(size, np.int32),
+        np.empty(size, np.int64),
+    )
 
 
 @compiled
@@ -49,8 +58,22 @@ def nearest(body, turn, stop, small, jog, seed, work):
     ``lower`` is the distance of the nearest facet of the hull and ``upper`` the support of its
     normal; they meet within ``stop``. SMALL says that an artificial vertex is still on it.
     """
-    (vertices, jogged, facets, links, planes, state, mark, length, stack, free, fresh, edge,
-     table, tags) = work
+    (
+        vertices,
+        jogged,
+        facets,
+        links,
+        planes,
+        state,
+        mark,
+        length,
+        stack,
+        free,
+        fresh,
+        edge,
+        table,
+        tags,
+    ) = work
     max_vertices = vertices.shape[0]
     state[:] = 0
     mark[:] = 0
@@ -87,8 +110,7 @@ def nearest(body, turn, stop, small, jog, seed, work):
             exact = _exact_plane(f, facets, vertices, plane)
             if not exact:
                 plane[:] = planes[f]
-        h = support(plane, points, starts, centres, axes, balls, zero, shift, score, choice,
-                    vertex)
+        h = support(plane, points, starts, centres, axes, balls, zero, shift, score, choice, vertex)
         reach = _length(plane, turn)
         if h > 0.0:
             upper = min(upper, h / reach)
@@ -108,8 +130,19 @@ def nearest(body, turn, stop, small, jog, seed, work):
         for way in range(2):
             if way == 1:
                 # An exact plane through a sliver points anywhere: ask along the jogged one.
-                support(planes[f], points, starts, centres, axes, balls, zero, shift, score,
-                        choice, vertex)
+                support(
+                    planes[f],
+                    points,
+                    starts,
+                    centres,
+                    axes,
+                    balls,
+                    zero,
+                    shift,
+                    score,
+                    choice,
+                    vertex,
+                )
             if known(vertex, vertices, count) < 0:
                 vertices[count] = vertex
                 jog_vertex(vertex, count, jog, seed, jogged[count])
@@ -126,8 +159,24 @@ def nearest(body, turn, stop, small, jog, seed, work):
             state[f] = DONE
             continue
         status, top, free_count, made = insert(
-            count, f, top, jogged, facets, links, planes, state, mark, step + 1, stack, edge,
-            free, free_count, table, tags, fresh)
+            count,
+            f,
+            top,
+            jogged,
+            facets,
+            links,
+            planes,
+            state,
+            mark,
+            step + 1,
+            stack,
+            edge,
+            free,
+            free_count,
+            table,
+            tags,
+            fresh,
+        )
         if status != GROWN:
             return status, distance, upper, top
         for i in range(made):
@@ -189,9 +238,8 @@ def ball_of(body, turn, inner, stop, work):
     # Points of a smooth set share no plane by chance, and their spacing must stay above the jog.
     power = -7.0 if body[3].shape[0] == 0 else -10.0
     for attempt in range(12):
-        jog = 10.0 ** power
-        status, lower, upper, _ = nearest(
-            body, turn, stop, 1e-2 * jog, jog, attempt, work)
+        jog = 10.0**power
+        status, lower, upper, _ = nearest(body, turn, stop, 1e-2 * jog, jog, attempt, work)
         if status in (GROWN, FULL):
             return status, lower, upper
         if status in (COARSE, SMALL) or attempt % 3 == 2:

@@ -75,8 +75,14 @@ def _complement(rows, used):
 
 @compiled
 def _dot(a, i, b, j):
-    return (a[i, 0] * b[j, 0] + a[i, 1] * b[j, 1] + a[i, 2] * b[j, 2]
-            + a[i, 3] * b[j, 3] + a[i, 4] * b[j, 4] + a[i, 5] * b[j, 5])
+    return (
+        a[i, 0] * b[j, 0]
+        + a[i, 1] * b[j, 1]
+        + a[i, 2] * b[j, 2]
+        + a[i, 3] * b[j, 3]
+        + a[i, 4] * b[j, 4]
+        + a[i, 5] * b[j, 5]
+    )
 
 
 @compiled
@@ -169,7 +175,8 @@ def _walk(rows, chosen, count, polytopes, px, py, rx, ry, size, flat):
                         continue
                     if turn == 0.0:
                         old = (flat[following, 0] - flat[at, 0]) * rx + (
-                            flat[following, 1] - flat[at, 1]) * ry
+                            flat[following, 1] - flat[at, 1]
+                        ) * ry
                         if gain <= old:
                             continue
                 following, ux, uy = k, vx, vy
@@ -209,8 +216,9 @@ def _plane(rows, chosen, count, polytopes, size, wedge, flat):
     px, py, rx, ry = wedge[0], wedge[1], wedge[2], wedge[3]
     if px * rx + py * ry < 0.0:
         # More than a right angle: two walks keep the combinations of p and r well apart.
-        return (_walk(rows, chosen, count, polytopes, px, py, -py, px, size, flat)
-                + _walk(rows, chosen, count, polytopes, -py, px, rx, ry, size, flat))
+        return _walk(rows, chosen, count, polytopes, px, py, -py, px, size, flat) + _walk(
+            rows, chosen, count, polytopes, -py, px, rx, ry, size, flat
+        )
     return _walk(rows, chosen, count, polytopes, px, py, rx, ry, size, flat)
 
 

@@ -158,8 +158,8 @@ def _possible(columns, count, basis, inverse, where, lo, hi, x, cones, tol, made
     # The scale may leave the basis at its upper bound, where nothing more is to be gained.
     if code == OPTIMAL and where[push] == BASIC:
         code, count, _ = _refine(
-            columns, count, basis, inverse, where, near_lo, near_hi, x, push, 1.0, cones, tol,
-            made)
+            columns, count, basis, inverse, where, near_lo, near_hi, x, push, 1.0, cones, tol, made
+        )
     if code == OPTIMAL and where[push] != UPPER:
         scale = 0.0
         for r in range(m):
@@ -167,8 +167,8 @@ def _possible(columns, count, basis, inverse, where, lo, hi, x, cones, tol, made
                 scale = x[r]
         if scale < 1.0 - 1e-9:
             code = INFEASIBLE
-    lo[m + 2:count] = 0.0
-    hi[m + 2:count] = np.inf
+    lo[m + 2 : count] = 0.0
+    hi[m + 2 : count] = np.inf
     for k in range(6, m):
         columns[k, push] = 0.0
     return code, count
@@ -184,8 +184,9 @@ def _reached(basis, x):
 
 
 @entry
-def reach(columns, count, tasks, lengths, lo, hi, cones, tol, smallest, weights, used, slacks,
-          made):
+def reach(
+    columns, count, tasks, lengths, lo, hi, cones, tol, smallest, weights, used, slacks, made
+):
     """Return (status, value, upper, critical, least, columns used).
 
     ``tasks`` (6, m) are unit vectors, to be multiplied by ``lengths``; ``value`` is the smallest
@@ -213,7 +214,8 @@ def reach(columns, count, tasks, lengths, lo, hi, cones, tol, smallest, weights,
             code = _cold(columns, pool, basis, inverse, where, lo, hi, x)
         if code == INFEASIBLE and cones.shape[0] > 0:
             code, pool = _possible(
-                columns, pool, basis, inverse, where, lo, hi, x, cones, tol, made)
+                columns, pool, basis, inverse, where, lo, hi, x, cones, tol, made
+            )
             if code == OPTIMAL:
                 code = _cold(columns, pool, basis, inverse, where, lo, hi, x)
                 if code == INFEASIBLE:
@@ -221,7 +223,8 @@ def reach(columns, count, tasks, lengths, lo, hi, cones, tol, smallest, weights,
         gain = 0.0
         if code == OPTIMAL and cones.shape[0] > 0:
             code, pool, gain = _refine(
-                columns, pool, basis, inverse, where, lo, hi, x, m, 1.0, cones, tol, made)
+                columns, pool, basis, inverse, where, lo, hi, x, m, 1.0, cones, tol, made
+            )
         if code == UNBOUNDED:
             warm = False
             continue
@@ -248,7 +251,8 @@ def reach(columns, count, tasks, lengths, lo, hi, cones, tol, smallest, weights,
             code = primal(columns, pool, basis, inverse, where, lo, hi, x, m, -1.0, CAP)
             if code == OPTIMAL and cones.shape[0] > 0:
                 code, pool, gain = _refine(
-                    columns, pool, basis, inverse, where, lo, hi, x, m, -1.0, cones, tol, made)
+                    columns, pool, basis, inverse, where, lo, hi, x, m, -1.0, cones, tol, made
+                )
             if code != OPTIMAL:
                 return FAILED, 0.0, 0.0, j, 0.0, pool
             if _reached(basis, x) / lengths[j] > least:

@@ -43,8 +43,25 @@ def simplex(small, vertices, jogged, facets, links, planes, state):
 
 
 @compiled
-def insert(count, first, top, jogged, facets, links, planes, state, mark, stamp, stack, edge,
-           free, free_count, table, tags, fresh):
+def insert(
+    count,
+    first,
+    top,
+    jogged,
+    facets,
+    links,
+    planes,
+    state,
+    mark,
+    stamp,
+    stack,
+    edge,
+    free,
+    free_count,
+    table,
+    tags,
+    fresh,
+):
     """Add vertex ``count`` seen from facet ``first``; return (status, top, free, new facets)."""
     v = jogged[count]
     depth, seen, ridges = 1, 0, 0
@@ -119,8 +136,14 @@ def insert(count, first, top, jogged, facets, links, planes, state, mark, stamp,
 
 @compiled
 def _height(planes, f, v):
-    return (planes[f, 0] * v[0] + planes[f, 1] * v[1] + planes[f, 2] * v[2]
-            + planes[f, 3] * v[3] + planes[f, 4] * v[4] + planes[f, 5] * v[5])
+    return (
+        planes[f, 0] * v[0]
+        + planes[f, 1] * v[1]
+        + planes[f, 2] * v[2]
+        + planes[f, 3] * v[3]
+        + planes[f, 4] * v[4]
+        + planes[f, 5] * v[5]
+    )
 
 
 @compiled

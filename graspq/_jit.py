@@ -13,6 +13,7 @@ def compiled(function: Callable[..., Any] | None = None, **more: Any) -> Any:
 
     Parts are not kept by themselves: that would compile each to machine code of its own.
     """
+
     def wrap(plain: Callable[..., Any]) -> Any:
         return njit(nogil=True, error_model="numpy", **more)(plain)
 

@@ -24,7 +24,8 @@ FLAT, SIX = types.Array(types.float64, 1, "C"), types.UniTuple(types.float64, 6)
 # Where the processor has no fused multiply-add, asking for it would call a slow function. Left to
 # LLVM, two entries that compile the same function could round differently.
 FUSED = platform.machine().lower() in ("arm64", "aarch64") or bool(
-    get_host_cpu_features().get("fma"))
+    get_host_cpu_features().get("fma")
+)
 # A column entry of less is no place to leave from; ratios this close are a tie.
 LEAST, TIE = 1e-11, 1e-13
 # Untyped, as what it makes is called with fewer arguments than it is written with.
@@ -55,7 +56,8 @@ def _add(b: Any, total: Any, factor: Any, row: Any) -> Any:
     if not FUSED:
         return b.fadd(total, b.fmul(factor, row))
     fused = cgutils.get_or_insert_function(
-        b.module, ir.FunctionType(ROW, [ROW, ROW, ROW]), "llvm.fma.v8f64")
+        b.module, ir.FunctionType(ROW, [ROW, ROW, ROW]), "llvm.fma.v8f64"
+    )
     return b.call(fused, [factor, row, total])
 
 
@@ -84,6 +86,7 @@ def _extreme(b: Any, row: Any, order: str) -> Any:
 @intrinsic
 def product(_: Any, rows: Any, to: Any, first: Any, factors: Any) -> Any:
     """Write the sum of six rows from ``first`` on, times their factors, to row ``to``."""
+
     def code(context: Any, b: Any, signature: Any, given: Any) -> Any:
         rows, to, first, factors = given
         b.store(_sum(context, b, rows, first, factors), _at(context, b, rows, to), align=8)
@@ -95,6 +98,7 @@ def product(_: Any, rows: Any, to: Any, first: Any, factors: Any) -> Any:
 @intrinsic
 def sweep(_: Any, rows: Any, to: Any, source: Any, factor: Any, lane: Any) -> Any:
     """Take ``factor`` times row ``source`` from row ``to``; at ``lane`` put the factor itself."""
+
     def code(context: Any, b: Any, signature: Any, given: Any) -> Any:
         rows, to, source, factor, lane = given
         every = _all(b, factor)
@@ -113,6 +117,7 @@ def best_lane(_: Any, rows: Any, first: Any, blocks: Any, floor: Any, u: Any) ->
 
     The columns come in blocks of eight, each as six rows, from row ``first`` on.
     """
+
     def code(context: Any, b: Any, signature: Any, given: Any) -> Any:
         rows, first, blocks, floor, u = given
         best, names = cgutils.alloca_once(b, ROW), cgutils.alloca_once(b, WORDS)
@@ -136,6 +141,7 @@ def best_lane(_: Any, rows: Any, first: Any, blocks: Any, floor: Any, u: Any) ->
 @intrinsic
 def leaving(_: Any, rows: Any, column: Any, weight: Any) -> Any:
     """Lane of the smallest ratio of the two rows, the larger column entry of equals; -1 if none."""
+
     def code(context: Any, b: Any, signature: Any, given: Any) -> Any:
         rows, column, weight = given
         column, weight = _load(context, b, rows, column), _load(context, b, rows, weight)
@@ -158,6 +164,7 @@ def leaving(_: Any, rows: Any, column: Any, weight: Any) -> Any:
 @intrinsic
 def off_identity(_: Any, rows: Any, first: Any) -> Any:
     """By how much six rows from ``first`` on differ from the identity, all entries together."""
+
     def code(context: Any, b: Any, signature: Any, given: Any) -> Any:
         rows, first = given
         total: Any = ir.Constant(ROW, [0.0] * WIDE)

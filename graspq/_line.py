@@ -30,7 +30,7 @@ def highest(desk, task, inner, size, body, pads, stop):
         status, value, _, _ = shoot(desk, ray, size, body, pads, stop)
         if status != SOLVED:
             return CAPPED, 0.0, 0.0, 0.0
-        row_sum(desk.sheet[INVERSE:INVERSE + 6], u)
+        row_sum(desk.sheet[INVERSE : INVERSE + 6], u)
         along = dot(u, task)
         if along > 0.0:
             h, _ = price(u, body, pads, np.inf, desk, vertex)

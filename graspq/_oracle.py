@@ -23,8 +23,14 @@ def support(u, points, starts, centres, axes, balls, zero, shift, score, choice,
     """
     u0, u1, u2, u3, u4, u5 = u[0], u[1], u[2], u[3], u[4], u[5]
     for k in range(points.shape[1]):
-        score[k] = (u0 * points[0, k] + u1 * points[1, k] + u2 * points[2, k]
-                    + u3 * points[3, k] + u4 * points[4, k] + u5 * points[5, k])
+        score[k] = (
+            u0 * points[0, k]
+            + u1 * points[1, k]
+            + u2 * points[2, k]
+            + u3 * points[3, k]
+            + u4 * points[4, k]
+            + u5 * points[5, k]
+        )
     total = 0.0
     for r in range(6):
         out[r] = -shift[r]

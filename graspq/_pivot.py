@@ -1,6 +1,5 @@
 """Compiled pivots of ray shooting: bases of six vertices, chosen through a support oracle."""
 
-
 from __future__ import annotations
 
 import numpy as np
@@ -35,8 +34,9 @@ def price(u, body, pads, enough, desk, out):
     points, starts, centres, axes, balls, zero, shift = body
     if axes.shape[0] == 0 and pads.shape[0] == 0:
         return ask(u, body, enough, desk, out), REAL
-    h = support(u, points, starts, centres, axes, balls, zero, shift, desk.score,
-                desk.places[CHOICE], out)
+    h = support(
+        u, points, starts, centres, axes, balls, zero, shift, desk.score, desk.places[CHOICE], out
+    )
     kind = REAL
     for k in range(pads.shape[0]):
         along = 0.0
@@ -56,7 +56,7 @@ def replace(desk, leave, vertex, u, kind, picks, column):
     Its direction and the atoms that make it up, row ``picks`` of the places, are kept beside it.
     """
     sheet, places = desk.sheet, desk.places
-    inverse = sheet[INVERSE:INVERSE + 6]
+    inverse = sheet[INVERSE : INVERSE + 6]
     scale = 1.0 / column[leave]
     for c in range(6):
         inverse[leave, c] *= scale
@@ -84,8 +84,14 @@ def times(inverse, vector, out):
 @compiled
 def row_sum(inverse, u):
     for c in range(6):
-        u[c] = (inverse[0, c] + inverse[1, c] + inverse[2, c]
-                + inverse[3, c] + inverse[4, c] + inverse[5, c])
+        u[c] = (
+            inverse[0, c]
+            + inverse[1, c]
+            + inverse[2, c]
+            + inverse[3, c]
+            + inverse[4, c]
+            + inverse[5, c]
+        )
 
 
 @compiled
@@ -126,7 +132,7 @@ def turn_basis(desk, target, small):
 @compiled
 def primal(desk, target, task, body, pads, stop, cap):
     """Pivot until no vertex improves ``target``; return (solved, upper bound on q, steps)."""
-    inverse, scratch = desk.sheet[INVERSE:INVERSE + 6], desk.sheet[SCRATCH:]
+    inverse, scratch = desk.sheet[INVERSE : INVERSE + 6], desk.sheet[SCRATCH:]
     u, vertex, weight, column = scratch[0], scratch[1], scratch[2], scratch[3]
     upper = np.inf
     for step in range(cap):
@@ -145,8 +151,10 @@ def primal(desk, target, task, body, pads, stop, cap):
         for r in range(6):
             if column[r] > 1e-11:
                 value = max(weight[r], 0.0) / column[r]
-                if leave < 0 or value < ratio * (1.0 - 1e-13) or (
-                    value <= ratio * (1.0 + 1e-13) and column[r] > column[leave]
+                if (
+                    leave < 0
+                    or value < ratio * (1.0 - 1e-13)
+                    or (value <= ratio * (1.0 + 1e-13) and column[r] > column[leave])
                 ):
                     leave, ratio = r, value
         replace(desk, leave, vertex, u, kind, CHOICE, column)
@@ -167,7 +175,7 @@ def dual(desk, task, body, pads, stop, cap):
 
     Returns 0 when done, 1 when no weights exist (the task is outside the cone), 2 at the cap.
     """
-    inverse, scratch = desk.sheet[INVERSE:INVERSE + 6], desk.sheet[SCRATCH:]
+    inverse, scratch = desk.sheet[INVERSE : INVERSE + 6], desk.sheet[SCRATCH:]
     u, vertex, weight, column = scratch[0], scratch[1], scratch[2], scratch[3]
     trial, row, direction = scratch[4], scratch[5], scratch[6]
     for step in range(cap):

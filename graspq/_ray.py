@@ -51,7 +51,7 @@ STEEP = 1e5
 def _settle(desk, task, size, body, pads, stop):
     """Refresh, recompute and return (good, value, upper, share left on artificials)."""
     kinds, sheet = desk.kinds, desk.sheet
-    basis, inverse, weights = sheet[0:6], sheet[INVERSE:INVERSE + 6], sheet[WEIGHTS]
+    basis, inverse, weights = sheet[0:6], sheet[INVERSE : INVERSE + 6], sheet[WEIGHTS]
     u, vertex, correction = sheet[SCRATCH], sheet[SCRATCH + 1], sheet[SCRATCH + 2]
     if not refresh(desk):
         return False, 0.0, np.inf, 1.0
@@ -107,7 +107,7 @@ def _separate(desk, task, size, body, pads):
     The plane holds the origin and every vertex of the basis but the artificial ones. When the
     whole set lies below it and the task above, no multiple of the task can be reached.
     """
-    inverse, kinds = desk.sheet[INVERSE:INVERSE + 6], desk.kinds
+    inverse, kinds = desk.sheet[INVERSE : INVERSE + 6], desk.kinds
     u, vertex = desk.sheet[SCRATCH], desk.sheet[SCRATCH + 1]
     u[:] = 0.0
     for r in range(6):
@@ -214,8 +214,15 @@ def collect(desk, body, owners, ball_owners, forces):
             if pick == -1:
                 continue
             contact = owners[pick] if pick >= 0 else ball_owners[-2 - pick]
-            add_atom(desk.sheet[DIRECTIONS + j], points, centres, axes, pick, weights[j] / total,
-                     forces[contact])
+            add_atom(
+                desk.sheet[DIRECTIONS + j],
+                points,
+                centres,
+                axes,
+                pick,
+                weights[j] / total,
+                forces[contact],
+            )
 
 
 @compiled(fastmath=FAST)

@@ -24,7 +24,7 @@ def stops(rays, body, pads, stop, reaches, planes):
         if status != 0:
             reaches[j] = 0.0
             return False
-        row_sum(desk.sheet[INVERSE:INVERSE + 6], u)
+        row_sum(desk.sheet[INVERSE : INVERSE + 6], u)
         reaches[j] = value
         for r in range(6):
             planes[j, r] = u[r]

@@ -11,9 +11,7 @@ FIRST_FACETS, MOST_FACETS = 16_384, 131_072
 FIRST_VERTICES, MOST_VERTICES = 1024, 8192
 
 
-def epsilon(
-    wrenches: Any, bound: str = "linf", unloading: bool = True, tol: float = 1e-5
-) -> float:
+def epsilon(wrenches: Any, bound: str = "linf", unloading: bool = True, tol: float = 1e-5) -> float:
     """Return the radius ε of the largest ball around the origin inside the wrench space.
 
     0.0 when the origin is not strictly inside. Force and moment are weighed as they come in
@@ -49,17 +47,19 @@ def ball_of(packed: Packed, tol: float) -> float:
         if status == GROWN:
             return float(value)
         if status != FULL:
-            raise GraspError("epsilon: the hull could not be grown reliably (the grasp is close"
-                             " to degenerate); move the contacts apart")
+            raise GraspError(
+                "epsilon: the hull could not be grown reliably (the grasp is close"
+                " to degenerate); move the contacts apart"
+            )
         if facets >= MOST_FACETS:
-            raise GraspError(f"epsilon: did not close the gap [{lower:.6g}, {value:.6g}] within"
-                             f" {facets} facets; take a larger tol or fewer edges")
+            raise GraspError(
+                f"epsilon: did not close the gap [{lower:.6g}, {value:.6g}] within"
+                f" {facets} facets; take a larger tol or fewer edges"
+            )
         facets, vertices = min(8 * facets, MOST_FACETS), min(4 * vertices, MOST_VERTICES)
 
 
-def _largest(
-    packed: Packed, stop: float, facets: int, vertices: int
-) -> tuple[int, float, float]:
+def _largest(packed: Packed, stop: float, facets: int, vertices: int) -> tuple[int, float, float]:
     """Status, lower bound and value of the largest ball, also of all but flat sets."""
     from graspq._epsilon import FLAT, ball, ball_of, room
     from graspq.ray import rounded

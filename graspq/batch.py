@@ -65,8 +65,10 @@ def task_scaling_batch(
     count = _count(grasps)
     shared = isinstance(tasks, np.ndarray) and tasks.ndim == 2
     if not shared and len(tasks) != count:
-        raise GraspError(f"tasks: expected one array (6, m) or a list of {count} of them, one"
-                         f" per grasp, got {len(tasks)}")
+        raise GraspError(
+            f"tasks: expected one array (6, m) or a list of {count} of them, one"
+            f" per grasp, got {len(tasks)}"
+        )
     common = as_tasks(tasks) if shared else None
     out = np.zeros((count, 5))
     out[:, 0] = np.inf
@@ -86,8 +88,18 @@ def task_scaling_batch(
         else:
             begins = ends[:-1]
         stop = 0.1 * tol if tol > 1e-9 else 1e-12
-        reach_many(*flat, bound == "l1", unloading, wanted, begins, ends[1:], 0, high - low, stop,
-                   out[low:high])
+        reach_many(
+            *flat,
+            bound == "l1",
+            unloading,
+            wanted,
+            begins,
+            ends[1:],
+            0,
+            high - low,
+            stop,
+            out[low:high],
+        )
 
     def one(g: int) -> None:
         own = common if common is not None else tasks[g]
@@ -124,8 +136,16 @@ def epsilon_batch(
             return
         from graspq._ball_batch import ball_many
 
-        ball_many(*flat, bound == "l1", unloading, 0, high - low, FIRST_FACETS, FIRST_VERTICES,
-                  out[low:high])
+        ball_many(
+            *flat,
+            bound == "l1",
+            unloading,
+            0,
+            high - low,
+            FIRST_FACETS,
+            FIRST_VERTICES,
+            out[low:high],
+        )
 
     def one(g: int) -> None:
         out[g] = 0, epsilon(_contacts(grasps[g]), bound, unloading, tol)
@@ -158,8 +178,10 @@ def volume_batch(
 
 def _count(grasps: Any) -> int:
     if not isinstance(grasps, Sequence | np.ndarray) or len(grasps) == 0:
-        raise GraspError("grasps: expected a list of grasps, each a list of (6, l) arrays, got"
-                         f" {'none' if isinstance(grasps, Sequence) else type(grasps).__name__}")
+        raise GraspError(
+            "grasps: expected a list of grasps, each a list of (6, l) arrays, got"
+            f" {'none' if isinstance(grasps, Sequence) else type(grasps).__name__}"
+        )
     return len(grasps)
 
 
@@ -179,8 +201,11 @@ def _flatten(grasps: Sequence[Any] | np.ndarray) -> _Flat | None:
         widths = np.array([w.shape[1] for w in sets], dtype=np.int64)
     except (TypeError, ValueError, AttributeError, IndexError):
         return None
-    if columns.ndim != 2 or columns.shape[0] != 6 or columns.dtype.kind not in "fiu" or (
-        min(sizes) == 0 or widths.min() == 0
+    if (
+        columns.ndim != 2
+        or columns.shape[0] != 6
+        or columns.dtype.kind not in "fiu"
+        or (min(sizes) == 0 or widths.min() == 0)
     ):
         return None
     return _flat(columns, widths, np.array(sizes, dtype=np.int64))
@@ -217,9 +242,15 @@ def _task_sets(tasks: Any, first: int) -> tuple[np.ndarray, np.ndarray | None]:
         widths = [t.shape[1] for t in tasks]
     except (TypeError, ValueError, AttributeError, IndexError):
         every, widths = np.zeros((0, 0)), [0]
-    if every.ndim != 2 or every.shape[0] != 6 or every.dtype != np.float64 or (
-        min(widths) == 0 or not (np.abs(every).sum(axis=0) > 0.0).all()
-        or not np.isfinite(every).all()
+    if (
+        every.ndim != 2
+        or every.shape[0] != 6
+        or every.dtype != np.float64
+        or (
+            min(widths) == 0
+            or not (np.abs(every).sum(axis=0) > 0.0).all()
+            or not np.isfinite(every).all()
+        )
     ):
         sets = []
         for g, task in enumerate(tasks):
@@ -269,6 +300,7 @@ def _most(grasps: Sequence[Any] | np.ndarray) -> int:
 
 def _each(indices: Any, workers: int | None, run: Callable[[int], None]) -> None:
     """Run ``run(g)`` for every grasp, naming the one that fails."""
+
     def guarded(g: int) -> None:
         try:
             run(int(g))

@@ -83,12 +83,16 @@ class _Pool:
         sums[self.body, np.arange(count)] = 1.0
         cost = np.zeros(count + 13)
         cost[count] = -goal
-        cost[count + 1:] = 1.0 if goal == 0 else 0.0
+        cost[count + 1 :] = 1.0 if goal == 0 else 0.0
         bounds = [(0, None)] * (count + 1) + [(0, None if goal == 0 else slack)] * 12
-        return linprog(cost, A_eq=np.vstack([balance, sums]), bounds=bounds, method="highs",
-                       b_eq=np.concatenate([np.zeros(6), np.ones(self.bodies)]),
-                       options={"primal_feasibility_tolerance": 1e-10,
-                                "dual_feasibility_tolerance": 1e-10})
+        return linprog(
+            cost,
+            A_eq=np.vstack([balance, sums]),
+            bounds=bounds,
+            method="highs",
+            b_eq=np.concatenate([np.zeros(6), np.ones(self.bodies)]),
+            options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
+        )
 
     def forces(self, x: np.ndarray) -> np.ndarray:
         """The contacts' wrenches at weights ``x`` of the first columns."""
@@ -114,8 +118,10 @@ def _touch(pool: _Pool, task: np.ndarray) -> float | None:
             return None
         if gap - away < 0.1 * NOWHERE:
             return gap
-    raise GraspError("task_scaling: could not tell whether the task meets the wrench space (the"
-                     " grasp is close to degenerate); take a number of edges")
+    raise GraspError(
+        "task_scaling: could not tell whether the task meets the wrench space (the"
+        " grasp is close to degenerate); take a number of edges"
+    )
 
 
 def _end(pool: _Pool, task: np.ndarray, goal: int, slack: float) -> _Ray:
@@ -132,13 +138,16 @@ def _end(pool: _Pool, task: np.ndarray, goal: int, slack: float) -> _Ray:
         along = goal * float(u @ task)
         h = pool.ask(u)
         bound = goal * h / along if along > 0 else goal * np.inf
-        lower, upper = (value, min(upper, bound)) if goal > 0 else (
-            max(lower, bound), min(upper, value))
+        lower, upper = (
+            (value, min(upper, bound)) if goal > 0 else (max(lower, bound), min(upper, value))
+        )
         if upper - lower <= CLOSED * max(upper, 1e-3):
             break
     if not len(x) or upper - lower > ENOUGH * max(upper, 1e-3):
-        raise GraspError("task_scaling: the bounds did not close (the grasp is close to"
-                         " degenerate); take a number of edges")
+        raise GraspError(
+            "task_scaling: the bounds did not close (the grasp is close to"
+            " degenerate); take a number of edges"
+        )
     return _Ray(lower, upper, pool.forces(x[:count]))
 
 

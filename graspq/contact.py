@@ -48,8 +48,10 @@ class Contact:
         if patch is not None:
             taxels = as_array("patch", patch, (None, 3), "give None for a point contact")
             if len(taxels) == 0:
-                raise GraspError("patch: got no taxel, expected shape (k, 3) with k >= 1;"
-                                 " give None for a point contact")
+                raise GraspError(
+                    "patch: got no taxel, expected shape (k, 3) with k >= 1;"
+                    " give None for a point contact"
+                )
         values = {
             "position": _frozen(as_array("position", position, (3,))),
             "normal": _frozen(as_unit("normal", normal)),
@@ -118,8 +120,10 @@ def contact_wrenches(
     scale = as_number("torque_scale", torque_scale, positive=True)
     about = as_array("origin", origin, (3,))
     if augment != "none" and contact.patch is None:
-        raise GraspError(f"augment: {augment!r} needs the taxels of the contact, but its"
-                         " patch is None; give a patch or augment='none'")
+        raise GraspError(
+            f"augment: {augment!r} needs the taxels of the contact, but its"
+            " patch is None; give a patch or augment='none'"
+        )
     taxels = contact.patch if augment != "none" and contact.patch is not None else np.empty((0, 3))
     if edges is None:
         return _ellipsoids(contact, taxels, augment, scale, about)
@@ -167,8 +171,9 @@ def _friction_samples(contact: Contact, edges: int, soft: bool) -> tuple[np.ndar
     force = contact.max_normal_force * (contact.normal[:, None] + side)
     spin = np.zeros((3, edges))
     if soft:
-        force = np.hstack([force, np.repeat(
-            contact.max_normal_force * contact.normal[:, None], 2, axis=1)])
+        force = np.hstack(
+            [force, np.repeat(contact.max_normal_force * contact.normal[:, None], 2, axis=1)]
+        )
         spin = np.hstack([spin, contact.max_torsion * np.outer(contact.normal, [1.0, -1.0])])
     return force, spin
 
@@ -177,8 +182,12 @@ def _wrenches(arms: np.ndarray, force: np.ndarray, spin: np.ndarray) -> np.ndarr
     """Wrenches (6, k l) of l forces and free moments (3, l) at each of k points (k, 3)."""
     count = len(arms)
     x, y, z = (column[:, None] for column in arms.T)
-    moment = np.stack([y * force[2] - z * force[1], z * force[0] - x * force[2],
-                       x * force[1] - y * force[0]]) + spin[:, None]
+    moment = (
+        np.stack(
+            [y * force[2] - z * force[1], z * force[0] - x * force[2], x * force[1] - y * force[0]]
+        )
+        + spin[:, None]
+    )
     wrenches = np.empty((6, count, force.shape[1]))
     wrenches[:3], wrenches[3:] = force[:, None], moment
     return wrenches.reshape(6, -1)

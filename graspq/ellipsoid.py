@@ -33,12 +33,13 @@ class EllipsoidSet:
         values = {
             "centres": as_array("centres", centres, (6, None)),
             "axes": as_array("axes", axes, (None, 6, 3)),
-            "points": as_array("points", np.zeros((6, 0)) if points is None else points,
-                               (6, None)),
+            "points": as_array("points", np.zeros((6, 0)) if points is None else points, (6, None)),
         }
         if values["centres"].shape[1] != len(values["axes"]):
-            raise GraspError(f"axes: expected one per centre, got {len(values['axes'])} for"
-                             f" {values['centres'].shape[1]} centres")
+            raise GraspError(
+                f"axes: expected one per centre, got {len(values['axes'])} for"
+                f" {values['centres'].shape[1]} centres"
+            )
         for name, value in values.items():
             value.setflags(write=False)
             object.__setattr__(self, name, value)
@@ -51,6 +52,5 @@ class EllipsoidSet:
     def support(self, direction: ArrayLike) -> float:
         """Return h(u) = max over the set of u·w, for u of shape (6,)."""
         u = as_array("direction", direction, (6,))
-        reach = u @ self.centres + np.linalg.norm(
-            np.einsum("r,krc->kc", u, self.axes), axis=1)
+        reach = u @ self.centres + np.linalg.norm(np.einsum("r,krc->kc", u, self.axes), axis=1)
         return float(np.concatenate([reach, u @ self.points]).max())

@@ -19,15 +19,14 @@ def as_array(name: str, value: Any, shape: tuple[int | None, ...], hint: str = "
     try:
         array = np.array(value, dtype=float)
     except (TypeError, ValueError) as error:
-        raise GraspError(f"{name}: expected numbers of shape {_text(shape)}, got {value!r}"
-                         f"{_hint(hint)}") from error
+        raise GraspError(
+            f"{name}: expected numbers of shape {_text(shape)}, got {value!r}{_hint(hint)}"
+        ) from error
     matches = array.ndim == len(shape) and all(
         want is None or want == have for want, have in zip(shape, array.shape, strict=True)
     )
     if not matches:
-        raise GraspError(
-            f"{name}: expected shape {_text(shape)}, got {array.shape}{_hint(hint)}"
-        )
+        raise GraspError(f"{name}: expected shape {_text(shape)}, got {array.shape}{_hint(hint)}")
     if not np.isfinite(array).all():
         where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         raise GraspError(f"{name}: every entry must be finite, got {array[where]} at {where}")
@@ -51,8 +50,9 @@ def as_unit(name: str, value: Any) -> np.ndarray:
     vector = as_array(name, value, (3,))
     length = float(np.linalg.norm(vector))
     if abs(length - 1.0) > UNIT_TOLERANCE:
-        raise GraspError(f"{name}: expected a unit vector, got length {length:.9g};"
-                         " divide it by its norm")
+        raise GraspError(
+            f"{name}: expected a unit vector, got length {length:.9g}; divide it by its norm"
+        )
     return vector
 
 

@@ -80,25 +80,48 @@ def contact_forces(
     upper = np.concatenate([aim, np.zeros(len(cones)), high / unit])
     bounded = np.isfinite(lower[6:])
     check = linprog(
-        np.zeros(a.shape[1]), A_eq=balance, b_eq=aim, bounds=(None, None), method="highs",
+        np.zeros(a.shape[1]),
+        A_eq=balance,
+        b_eq=aim,
+        bounds=(None, None),
+        method="highs",
         A_ub=np.vstack([a[6:], -a[6:][bounded]]),
-        b_ub=np.concatenate([upper[6:], -lower[6:][bounded]]))
+        b_ub=np.concatenate([upper[6:], -lower[6:][bounded]]),
+    )
     if check.status == 2:
-        within = "friction cones and motor torques" if isinstance(grip, HandBound) else (
-            "friction cones and normal force limits")
-        raise GraspError(f"contact_forces: no forces inside the {within} exert this wrench; scale"
-                         " it down to what task_scaling allows")
+        within = (
+            "friction cones and motor torques"
+            if isinstance(grip, HandBound)
+            else ("friction cones and normal force limits")
+        )
+        raise GraspError(
+            f"contact_forces: no forces inside the {within} exert this wrench; scale"
+            " it down to what task_scaling allows"
+        )
     solver = osqp.OSQP()
-    solver.setup(identity(a.shape[1], format="csc"), np.zeros(a.shape[1]), csc_matrix(a), lower,
-                 upper, verbose=False, eps_abs=1e-9, eps_rel=1e-9, max_iter=200_000, polishing=True)
+    solver.setup(
+        identity(a.shape[1], format="csc"),
+        np.zeros(a.shape[1]),
+        csc_matrix(a),
+        lower,
+        upper,
+        verbose=False,
+        eps_abs=1e-9,
+        eps_rel=1e-9,
+        max_iter=200_000,
+        polishing=True,
+    )
     solver.warm_start(x=check.x)
     result = solver.solve(raise_error=False)
     x = np.asarray(result.x) * unit
-    if result.info.status_val not in (1, 2) or np.abs(
-        balance @ x - target / rows
-    ).max() > 1e-5 * unit:
-        raise GraspError(f"contact_forces: OSQP stopped with '{result.info.status}'; the wrench is"
-                         " close to what the grasp can exert, scale it down")
+    if (
+        result.info.status_val not in (1, 2)
+        or np.abs(balance @ x - target / rows).max() > 1e-5 * unit
+    ):
+        raise GraspError(
+            f"contact_forces: OSQP stopped with '{result.info.status}'; the wrench is"
+            " close to what the grasp can exert, scale it down"
+        )
     return _unpack(grip, contacts, maps, x)
 
 
@@ -117,8 +140,11 @@ def _maps(contact: Contact, origin: np.ndarray, scale: float) -> tuple[np.ndarra
 
 
 def _limits(
-    grip: HandBound | Sequence[Contact], contacts: Sequence[Contact],
-    maps: list[tuple[np.ndarray, float]], edges: int, width: int,
+    grip: HandBound | Sequence[Contact],
+    contacts: Sequence[Contact],
+    maps: list[tuple[np.ndarray, float]],
+    edges: int,
+    width: int,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Cone rows (<= 0), then rows between two bounds."""
     cones, limits, low, high = [], [], [], []
@@ -164,16 +190,18 @@ def _limits(
 
 
 def _unpack(
-    grip: HandBound | Sequence[Contact], contacts: Sequence[Contact],
-    maps: list[tuple[np.ndarray, float]], x: np.ndarray,
+    grip: HandBound | Sequence[Contact],
+    contacts: Sequence[Contact],
+    maps: list[tuple[np.ndarray, float]],
+    x: np.ndarray,
 ) -> ContactForces:
     forces, torsions, wrenches = [], [], []
     load = np.zeros(len(grip.torque_limit)) if isinstance(grip, HandBound) else None
     at = 0
     for i, (contact, (block, ratio)) in enumerate(zip(contacts, maps, strict=True)):
-        own = x[at:at + block.shape[1]]
+        own = x[at : at + block.shape[1]]
         points = (len(own) - (1 if ratio else 0)) // 3
-        forces.append(own[:3 * points].reshape(points, 3))
+        forces.append(own[: 3 * points].reshape(points, 3))
         torsions.append(own[-1] * ratio if ratio else 0.0)
         wrenches.append(block @ own)
         if isinstance(grip, HandBound) and load is not None:

@@ -13,10 +13,14 @@ from graspq.errors import GraspError, as_array, as_number
 from graspq.scaling import TaskScaling
 from graspq.sets import as_tasks
 
-NO_EQUILIBRIUM = ("no equilibrium exists for task {j}: the friction cones cannot balance what"
-                  " the motors at their limit ({motors}) push with")
-UNLOADED = ("no equilibrium exists: motor {k} pushes with {torque:.4g} N m at its limit, but no"
-            " contact loads it")
+NO_EQUILIBRIUM = (
+    "no equilibrium exists for task {j}: the friction cones cannot balance what"
+    " the motors at their limit ({motors}) push with"
+)
+UNLOADED = (
+    "no equilibrium exists: motor {k} pushes with {torque:.4g} N m at its limit, but no"
+    " contact loads it"
+)
 UNREACHABLE = "task {j} cannot be exerted: the friction cones and motors allow only a scale of 0"
 
 
@@ -76,8 +80,9 @@ class HandBound:
         if not grip or not all(isinstance(c, Contact) for c in grip):
             raise GraspError(f"contacts: expected at least one Contact, got {contacts!r}")
         if len(jacobians) != len(grip):
-            raise GraspError(f"jacobians: expected one per contact ({len(grip)}), got"
-                             f" {len(jacobians)}")
+            raise GraspError(
+                f"jacobians: expected one per contact ({len(grip)}), got {len(jacobians)}"
+            )
         limit = as_array("torque_limit", torque_limit, (None,))
         if (limit < 0).any() or not len(limit):
             raise GraspError("torque_limit: expected at least one value, each >= 0")
@@ -90,12 +95,21 @@ class HandBound:
             at_limit = (np.abs(torque) >= (1.0 - share) * limit) & (limit > 0)
             low = np.where(at_limit, torque - share * np.abs(torque), low)
             high = np.where(at_limit, torque + share * np.abs(torque), high)
-        pairs = [_jacobian(i, c, j, len(limit))
-                 for i, (c, j) in enumerate(zip(grip, jacobians, strict=True))]
-        fields = {"contacts": grip, "jacobians": tuple(p[0] for p in pairs),
-                  "spins": tuple(p[1] for p in pairs), "torque_limit": limit,
-                  "motor_torque": torque, "slack": share, "lower": low, "upper": high,
-                  "at_limit": at_limit}
+        pairs = [
+            _jacobian(i, c, j, len(limit))
+            for i, (c, j) in enumerate(zip(grip, jacobians, strict=True))
+        ]
+        fields = {
+            "contacts": grip,
+            "jacobians": tuple(p[0] for p in pairs),
+            "spins": tuple(p[1] for p in pairs),
+            "torque_limit": limit,
+            "motor_torque": torque,
+            "slack": share,
+            "lower": low,
+            "upper": high,
+            "at_limit": at_limit,
+        }
         for name, value in fields.items():
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
@@ -141,9 +155,11 @@ def cones_of(hand: HandBound, origin: np.ndarray, scale: float) -> tuple[np.ndar
         twist = np.zeros(6 + len(hand.torque_limit))
         if contact.patch is None and contact.max_torsion > 0:
             if spin is None:
-                raise GraspError(f"jacobians[{i}]: the contact has max_torsion > 0, whose load on"
-                                 " the motors needs a (6, k) Jacobian; give one, or"
-                                 " max_torsion=0")
+                raise GraspError(
+                    f"jacobians[{i}]: the contact has max_torsion > 0, whose load on"
+                    " the motors needs a (6, k) Jacobian; give one, or"
+                    " max_torsion=0"
+                )
             if contact.max_normal_force == 0:
                 raise GraspError(f"contacts[{i}]: max_torsion > 0 beside max_normal_force = 0")
             moment = contact.normal * contact.max_torsion / contact.max_normal_force
@@ -208,8 +224,12 @@ def _jacobian(
     if np.ndim(value) == 3:  # type: ignore[arg-type]
         return as_array(name, value, (len(points), 3, motors)), None
     rows = np.shape(value)[0] if np.ndim(value) == 2 else 0  # type: ignore[arg-type]
-    array = as_array(name, value, (6 if rows == 6 else 3, motors),
-                     f"(3, {motors}), (6, {motors}) or ({len(points)}, 3, {motors})")
+    array = as_array(
+        name,
+        value,
+        (6 if rows == 6 else 3, motors),
+        f"(3, {motors}), (6, {motors}) or ({len(points)}, 3, {motors})",
+    )
     if rows != 6:
         return np.repeat(array[None], len(points), axis=0), None
     arms = points - contact.position

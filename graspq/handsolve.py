@@ -59,7 +59,7 @@ def solve(
     width = columns.shape[1]
     table = np.zeros((m, m + 2 + width + (SPARE if edges is None else 0)))
     table[np.arange(m), np.arange(m)] = np.where(np.arange(m) < 6, 1.0, -1.0)
-    table[:, m + 2:m + 2 + width] = columns[rows] / size[:, None]
+    table[:, m + 2 : m + 2 + width] = columns[rows] / size[:, None]
     lo, hi = np.zeros(table.shape[1]), np.full(table.shape[1], np.inf)
     hi[:6] = 0.0
     lo[6:m], hi[6:m] = bounds / unit
@@ -69,18 +69,38 @@ def solve(
     exact = np.ascontiguousarray(exact)
     weights, used, slacks = np.zeros(m), np.zeros(m, np.int64), np.zeros(m - 6)
     status, value, upper, j, least, _ = _hand.reach(
-        table, m + 2 + width, wrench / length, length / length.max(), lo, hi, exact, TOL, hand.held,
-        weights, used, slacks, made)
+        table,
+        m + 2 + width,
+        wrench / length,
+        length / length.max(),
+        lo,
+        hi,
+        exact,
+        TOL,
+        hand.held,
+        weights,
+        used,
+        slacks,
+        made,
+    )
     if status == _simplex.INFEASIBLE:
         names = ", ".join(str(k) for k in np.flatnonzero(hand.at_limit)) or "none"
         return _none(hand, NO_EQUILIBRIUM.format(j=j, motors=names), int(j))
     if status != _simplex.OPTIMAL:
-        raise GraspError("hand_task_scaling: did not converge (the contacts are close to"
-                         " degenerate); try another number of edges")
+        raise GraspError(
+            "hand_task_scaling: did not converge (the contacts are close to"
+            " degenerate); try another number of edges"
+        )
     if value == np.inf:
-        return HandScaling(np.inf, np.inf, np.inf, int(j), np.full((count, 6), np.nan),
-                           "the motors do not limit the tasks: the structure carries them",
-                           np.full(motors, np.nan))
+        return HandScaling(
+            np.inf,
+            np.inf,
+            np.inf,
+            int(j),
+            np.full((count, 6), np.nan),
+            "the motors do not limit the tasks: the structure carries them",
+            np.full(motors, np.nan),
+        )
     forces = np.zeros((len(cones), 3))
     wrenches = np.zeros((count, 6))
     load = np.zeros(motors)
@@ -94,7 +114,8 @@ def solve(
         else:
             cone = int(made[column])
             direction = np.linalg.lstsq(
-                exact[cone, :, 1:], table[:, column] - exact[cone, :, 0], rcond=None)[0]
+                exact[cone, :, 1:], table[:, column] - exact[cone, :, 0], rcond=None
+            )[0]
         full = cones[cone] @ np.concatenate([[1.0], direction]) * (weight * unit)
         forces[cone] += full[:3]
         wrenches[owners[cone]] += full[:6]
@@ -105,11 +126,29 @@ def solve(
     split = tuple(np.split(forces, np.cumsum(points)[:-1]))
     value = max(value, 0.0)
     if value < 1e-9:
-        return HandScaling(0.0, 0.0, max(upper, 0.0) * factor, int(j), wrenches,
-                           UNREACHABLE.format(j=j), load, split, least * factor)
+        return HandScaling(
+            0.0,
+            0.0,
+            max(upper, 0.0) * factor,
+            int(j),
+            wrenches,
+            UNREACHABLE.format(j=j),
+            load,
+            split,
+            least * factor,
+        )
     top = max(upper, value)
-    return HandScaling(value * factor, value * factor, top * factor, int(j), wrenches, "", load,
-                       split, least * factor)
+    return HandScaling(
+        value * factor,
+        value * factor,
+        top * factor,
+        int(j),
+        wrenches,
+        "",
+        load,
+        split,
+        least * factor,
+    )
 
 
 def _none(hand: HandBound, reason: str, critical: int) -> HandScaling:

@@ -100,17 +100,16 @@ def _facets(coordinates: np.ndarray, dim: int) -> tuple[list[frozenset[int]], li
     try:
         hull = ConvexHull(coordinates.T)
     except QhullError as error:
-        raise GraspError("volume: the faces of a contact's wrench set cannot be told apart;"
-                         " take fewer edges") from error
+        raise GraspError(
+            "volume: the faces of a contact's wrench set cannot be told apart; take fewer edges"
+        ) from error
     vertices = sorted(int(v) for v in hull.vertices)
     height = hull.equations[:, :-1] @ coordinates[:, vertices] + hull.equations[:, -1:]
     on = np.abs(height) <= SAME
     return list({frozenset(int(vertices[i]) for i in np.flatnonzero(row)) for row in on}), vertices
 
 
-def _all_faces(
-    facets: list[frozenset[int]], vertices: list[int], dim: int
-) -> set[frozenset[int]]:
+def _all_faces(facets: list[frozenset[int]], vertices: list[int], dim: int) -> set[frozenset[int]]:
     """Every face is an intersection of facets; the polytope itself is one too."""
     faces = {frozenset(vertices), *facets, *(frozenset([v]) for v in vertices)}
     layer = set(facets) if dim > 1 else set()
@@ -118,14 +117,19 @@ def _all_faces(
         layer = {a & b for a in layer for b in facets} - faces - {frozenset()}
         faces |= layer
         if len(faces) > MOST_FACES:
-            raise GraspError(f"volume: a contact's wrench set has more than {MOST_FACES} faces;"
-                             " take fewer edges, or augment='none'")
+            raise GraspError(
+                f"volume: a contact's wrench set has more than {MOST_FACES} faces;"
+                " take fewer edges, or augment='none'"
+            )
     return faces
 
 
 def _pack(
-    coordinates: np.ndarray, chosen: list[int], vertices: list[int],
-    faces: set[frozenset[int]], dim: int,
+    coordinates: np.ndarray,
+    chosen: list[int],
+    vertices: list[int],
+    faces: set[frozenset[int]],
+    dim: int,
 ) -> Lattice:
     place = {v: i for i, v in enumerate(vertices)}
     entries = []
@@ -140,15 +144,21 @@ def _pack(
     basis = np.zeros((len(entries), 5), dtype=np.int64)
     covers: list[list[int]] = []
     for f, (d, _, spanning, _, face) in enumerate(entries):
-        basis[f, :min(d, 5)] = [place[v] for v in spanning[1:6]]
-        above = [e[4] for e in entries[first[min(d + 1, 7)]:first[min(d + 2, 7)]]]
+        basis[f, : min(d, 5)] = [place[v] for v in spanning[1:6]]
+        above = [e[4] for e in entries[first[min(d + 1, 7)] : first[min(d + 2, 7)]]]
         covers.append([place[min(g - face)] for g in above if face < g])
     ends = np.concatenate([[0], np.cumsum([len(c) for c in covers])]).astype(np.int64)
     return Lattice(
-        np.array(chosen), coordinates, np.array(vertices), first.astype(np.int64),
-        np.array([place[e[2][0]] for e in entries], dtype=np.int64), basis,
-        np.array([e[3] for e in entries]), ends,
-        np.array([v for c in covers for v in c], dtype=np.int64))
+        np.array(chosen),
+        coordinates,
+        np.array(vertices),
+        first.astype(np.int64),
+        np.array([place[e[2][0]] for e in entries], dtype=np.int64),
+        basis,
+        np.array([e[3] for e in entries]),
+        ends,
+        np.array([v for c in covers for v in c], dtype=np.int64),
+    )
 
 
 def _span(coordinates: np.ndarray, members: list[int]) -> tuple[list[int], float]:

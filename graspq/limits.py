@@ -33,8 +33,10 @@ def max_normal_force(jacobian: Any, normal: Any, torque_limit: Any) -> float:
     # A lever arm below a nanometre-sized share of the Jacobian is round-off, not a joint.
     loaded = load > 1e-12 * max(1e-3, float(np.abs(jacobian).max(initial=0.0)))
     if not loaded.any():
-        raise GraspError("jacobian: no joint is loaded by a force along the normal, so the"
-                         " normal force has no bound; check the normal and the frame")
+        raise GraspError(
+            "jacobian: no joint is loaded by a force along the normal, so the"
+            " normal force has no bound; check the normal and the frame"
+        )
     return float((limit[loaded] / load[loaded]).min())
 
 

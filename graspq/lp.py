@@ -10,8 +10,10 @@ from graspq.errors import GraspError
 from graspq.scaling import INFEASIBLE, UNREACHABLE, TaskScaling, infeasible, nothing
 
 WIDEST = 1e-5
-CLOSE = ("the grasp is too close to degenerate: drop contacts that all but repeat or cancel"
-         " another, or bring forces and moments to like sizes (torque_scale)")
+CLOSE = (
+    "the grasp is too close to degenerate: drop contacts that all but repeat or cancel"
+    " another, or bring forces and moments to like sizes (torque_scale)"
+)
 
 
 class LpScaling(NamedTuple):
@@ -50,8 +52,10 @@ def scale_by_lp(
     if unloading:
         limits = {"A_eq": balance, "b_eq": np.zeros(6), "A_ub": sums, "b_ub": np.ones(len(sums))}
     else:
-        limits = {"A_eq": np.vstack([balance, sums]),
-                  "b_eq": np.concatenate([np.zeros(6), np.ones(len(sums))])}
+        limits = {
+            "A_eq": np.vstack([balance, sums]),
+            "b_eq": np.concatenate([np.zeros(6), np.ones(len(sums))]),
+        }
     result = _solve(cost, limits)
     if result.status == 2:
         return LpScaling(-np.inf, -np.inf, np.full((len(grasp), 6), np.nan))
@@ -95,8 +99,10 @@ def _polish(x: np.ndarray, rows: np.ndarray, unloading: bool) -> np.ndarray:
     b = np.concatenate([np.zeros(6), np.ones(int(full.sum()))])
     better = x.copy()
     better[used] = np.linalg.lstsq(a, b, rcond=1e-14)[0]
-    if (better >= -1e-12).all() and np.abs(a @ better[used] - b).max() < 1e-13 and (
-        np.abs(better - x).max() < 1e-6 * max(1.0, x.max())
+    if (
+        (better >= -1e-12).all()
+        and np.abs(a @ better[used] - b).max() < 1e-13
+        and (np.abs(better - x).max() < 1e-6 * max(1.0, x.max()))
     ):
         return np.maximum(better, 0.0)
     if np.abs(rows[:6] @ x).max() > 1e-9:
@@ -112,8 +118,9 @@ def scale_all_by_lp(
     values = np.array([s.value for s in best])
     least = np.zeros(len(values))
     if not unloading and np.isfinite(values).all():
-        least = np.array([scale_by_lp(grasp, task, bound, unloading, smallest=True).value
-                          for task in tasks.T])
+        least = np.array(
+            [scale_by_lp(grasp, task, bound, unloading, smallest=True).value for task in tasks.T]
+        )
     j, count = int(np.argmin(values)), len(grasp)
     value = float(values[j])
     if not np.isfinite(value):

@@ -45,8 +45,10 @@ def product_hull(grasp: list[np.ndarray], bound: str, unloading: bool) -> Any:
     else:
         count = int(np.prod([w.shape[1] for w in grasp], dtype=float))
         if count > MOST_POINTS:
-            raise GraspError(f"wrenches: the sum of the contacts' sets has {count} points, more"
-                             f" than {MOST_POINTS}; take fewer edges or contacts")
+            raise GraspError(
+                f"wrenches: the sum of the contacts' sets has {count} points, more"
+                f" than {MOST_POINTS}; take fewer edges or contacts"
+            )
         points = np.array([sum(c) for c in itertools.product(*[list(w.T) for w in grasp])])
     points = np.unique(points, axis=0)
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)

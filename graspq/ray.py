@@ -46,7 +46,8 @@ def scale_at_once(wrenches: Any, tasks: Any, bound: str, tol: float) -> TaskScal
     forces = np.zeros((len(wrenches), 6))
     stop = 0.1 * tol if tol > 1e-9 else 1e-12
     status, value, lower, upper, j = reach_one(
-        columns, _widths(tuple(counts)), bound == "l1", True, wanted, stop, forces)
+        columns, _widths(tuple(counts)), bound == "l1", True, wanted, stop, forces
+    )
     if status == SOLVED:
         return TaskScaling(value, lower, upper, j, forces)
     if status == ZERO:
@@ -80,14 +81,17 @@ def scale_by_ray(packed: Packed, tasks: np.ndarray, tol: float) -> TaskScaling:
     forces = np.zeros((packed.contacts, 6))
     if body[5]:
         status, value, lower, upper, j, _ = reach(
-            tasks, body, pads, stop, packed.owners, packed.ball_owners, forces)
+            tasks, body, pads, stop, packed.owners, packed.ball_owners, forces
+        )
     else:
-        status, value, lower, upper, j = between(tasks, inner, size, body, pads, stop,
-                                                 packed.owners, packed.ball_owners, forces)
+        status, value, lower, upper, j = between(
+            tasks, inner, size, body, pads, stop, packed.owners, packed.ball_owners, forces
+        )
         far = np.abs(forces.sum(axis=0) - value * tasks[:, j]) / np.where(size > 0, size, 1.0)
         small = ROUND_OFF / np.abs(tasks[:, j] / np.where(size > 0, size, 1.0)).max()
-        if status == SOLVED and (upper - lower > (1e-9 + 10 * stop) * value + small
-                                 or far.max() > 10 * stop + ROUND_OFF):
+        if status == SOLVED and (
+            upper - lower > (1e-9 + 10 * stop) * value + small or far.max() > 10 * stop + ROUND_OFF
+        ):
             status = CAPPED
     if status == SOLVED:
         return TaskScaling(value, lower, upper, int(j), forces)
@@ -125,9 +129,11 @@ def holds_zero(packed: Packed) -> bool:
     points, starts, centres, axes, balls, _, _ = packed.body
     nought = np.flatnonzero(~points.any(axis=0))
     none = np.flatnonzero(~centres.any(axis=0) & ~axes.any(axis=(1, 2)))
-    return all(((nought >= starts[i]) & (nought < starts[i + 1])).any()
-               or ((none >= balls[i]) & (none < balls[i + 1])).any()
-               for i in range(len(starts) - 1))
+    return all(
+        ((nought >= starts[i]) & (nought < starts[i + 1])).any()
+        or ((none >= balls[i]) & (none < balls[i + 1])).any()
+        for i in range(len(starts) - 1)
+    )
 
 
 def atoms(packed: Packed) -> np.ndarray:
@@ -135,8 +141,9 @@ def atoms(packed: Packed) -> np.ndarray:
     points, starts, centres, axes, balls, zero, _ = packed.body
     blocks = [axes.transpose(1, 0, 2).reshape(6, -1)]
     for i in range(len(starts) - 1):
-        block = np.hstack([points[:, starts[i]:starts[i + 1]],
-                           centres[:, balls[i]:balls[i + 1]]])
+        block = np.hstack(
+            [points[:, starts[i] : starts[i + 1]], centres[:, balls[i] : balls[i + 1]]]
+        )
         blocks.append(block if zero else block - block.mean(axis=1, keepdims=True))
     return np.hstack(blocks)
 
@@ -163,7 +170,11 @@ def missing_directions(packed: Packed, size: np.ndarray) -> np.ndarray:
 
 
 def _into_span(
-    packed: Packed, tasks: np.ndarray, inner: np.ndarray, size: np.ndarray, pads: np.ndarray,
+    packed: Packed,
+    tasks: np.ndarray,
+    inner: np.ndarray,
+    size: np.ndarray,
+    pads: np.ndarray,
     stop: float,
 ) -> np.ndarray | TaskScaling | None:
     """Drop the tasks' round-off outside a flat space, or say that they are outside."""
@@ -189,8 +200,14 @@ def _into_span(
 
 
 def _single_scale(
-    packed: Packed, tasks: np.ndarray, inner: np.ndarray, pads: np.ndarray,
-    unit: np.ndarray, outside: np.ndarray, lift: np.ndarray, stop: float,
+    packed: Packed,
+    tasks: np.ndarray,
+    inner: np.ndarray,
+    pads: np.ndarray,
+    unit: np.ndarray,
+    outside: np.ndarray,
+    lift: np.ndarray,
+    stop: float,
 ) -> TaskScaling | None:
     """A flat set off the origin meets each task's ray in at most one point: test those.
 
@@ -216,8 +233,15 @@ def _single_scale(
         forces = centre
         if np.abs(ray).max() > 1e-12 * scale:
             forces = np.zeros((count, 6))
-            status, reached, *_ = reach(np.ascontiguousarray(ray[:, None]), (*body[:6], inner),
-                                        pads, stop, packed.owners, packed.ball_owners, forces)
+            status, reached, *_ = reach(
+                np.ascontiguousarray(ray[:, None]),
+                (*body[:6], inner),
+                pads,
+                stop,
+                packed.owners,
+                packed.ball_owners,
+                forces,
+            )
             slip = 1e-9 + 10 * stop + ROUND_OFF * scale / np.abs(ray).max()
             if status == CAPPED:
                 return None

@@ -14,8 +14,10 @@ _ray: Any = None
 ENGINES = ("ray", "highs")
 UNREACHABLE = "task {j} lies outside the cone of wrenches that the contacts can exert"
 FLAT = "task {j} lies outside the {rank}-dimensional span of what the contacts can exert"
-INFEASIBLE = ("no scale q >= 0 puts task {j} inside the wrench space: without unloading the"
-              " contacts press with their limit")
+INFEASIBLE = (
+    "no scale q >= 0 puts task {j} inside the wrench space: without unloading the"
+    " contacts press with their limit"
+)
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -41,11 +43,24 @@ class TaskScaling:
     forces: np.ndarray
     reason: str = ""
 
-    def __init__(self, value: float, lower: float, upper: float, critical_task: int,
-                 forces: np.ndarray, reason: str = "") -> None:
+    def __init__(
+        self,
+        value: float,
+        lower: float,
+        upper: float,
+        critical_task: int,
+        forces: np.ndarray,
+        reason: str = "",
+    ) -> None:
         # What a frozen dataclass writes sets every field by itself, which takes twice as long.
-        self.__dict__.update(value=value, lower=lower, upper=upper,
-                             critical_task=critical_task, forces=forces, reason=reason)
+        self.__dict__.update(
+            value=value,
+            lower=lower,
+            upper=upper,
+            critical_task=critical_task,
+            forces=forces,
+            reason=reason,
+        )
 
 
 def task_scaling(
@@ -79,8 +94,9 @@ def task_scaling(
     if engine == "highs":
         from graspq.lp import scale_all_by_lp
 
-        return scale_all_by_lp(as_polytopes(wrenches, "engine 'highs'"), as_tasks(tasks), bound,
-                               unloading)
+        return scale_all_by_lp(
+            as_polytopes(wrenches, "engine 'highs'"), as_tasks(tasks), bound, unloading
+        )
     global _ray
     if _ray is None:
         # Numba is slow to import, and an import statement slow to pass on every call.
@@ -124,7 +140,8 @@ def discretisation_error(
     from graspq.contact import contact_wrenches
 
     more = {"augment": augment, "torque_scale": torque_scale, "origin": origin}
-    sampled, exact = (task_scaling(
-        [contact_wrenches(c, e, **more) for c in contacts], tasks, bound).value
-        for e in (edges, None))
+    sampled, exact = (
+        task_scaling([contact_wrenches(c, e, **more) for c in contacts], tasks, bound).value
+        for e in (edges, None)
+    )
     return max(0.0, 1.0 - sampled / exact) if exact > 0 else float("nan")

@@ -35,18 +35,26 @@ def as_grasp(wrenches: Any) -> list[np.ndarray | EllipsoidSet]:
     if isinstance(wrenches, EllipsoidSet) or (
         isinstance(wrenches, np.ndarray) and wrenches.ndim == 2
     ):
-        raise GraspError("wrenches: expected a list of (6, l) arrays, one per contact, got one"
-                         " contact's set; wrap it in a list")
+        raise GraspError(
+            "wrenches: expected a list of (6, l) arrays, one per contact, got one"
+            " contact's set; wrap it in a list"
+        )
     if not isinstance(wrenches, Sequence | np.ndarray) or isinstance(wrenches, str):
-        raise GraspError("wrenches: expected a list of (6, l) arrays, one per contact, got"
-                         f" {type(wrenches).__name__}")
+        raise GraspError(
+            "wrenches: expected a list of (6, l) arrays, one per contact, got"
+            f" {type(wrenches).__name__}"
+        )
     if len(wrenches) == 0:
         raise GraspError("wrenches: the grasp is empty; give at least one contact's wrenches")
     grasp: list[np.ndarray | EllipsoidSet] = []
     for i, w in enumerate(wrenches):
         if not isinstance(w, EllipsoidSet):
-            if not (isinstance(w, np.ndarray) and w.dtype == np.float64 and w.ndim == 2
-                    and w.shape[0] == 6):
+            if not (
+                isinstance(w, np.ndarray)
+                and w.dtype == np.float64
+                and w.ndim == 2
+                and w.shape[0] == 6
+            ):
                 w = as_array(f"wrenches[{i}]", w, (6, None))
             if w.shape[1] == 0:
                 raise GraspError(f"wrenches[{i}]: got no column; leave the contact out instead")
@@ -61,8 +69,10 @@ def as_polytopes(wrenches: Any, what: str) -> list[np.ndarray]:
     arrays = []
     for i, w in enumerate(as_grasp(wrenches)):
         if isinstance(w, EllipsoidSet):
-            raise GraspError(f"wrenches[{i}]: {what} needs vertices, got an EllipsoidSet; give"
-                             " contact_wrenches a number of edges")
+            raise GraspError(
+                f"wrenches[{i}]: {what} needs vertices, got an EllipsoidSet; give"
+                " contact_wrenches a number of edges"
+            )
         arrays.append(w)
     return arrays
 
@@ -93,8 +103,15 @@ def pack(wrenches: Any, bound: str, unloading: bool) -> Packed:
     np.cumsum(counts, out=starts[1:])
     ends = np.zeros(len(counts) + 1, dtype=np.int64)
     np.cumsum(balls, out=ends[1:])
-    body = (np.ascontiguousarray(columns), starts, centres, axes, ends, bool(unloading),
-            np.zeros(6))
+    body = (
+        np.ascontiguousarray(columns),
+        starts,
+        centres,
+        axes,
+        ends,
+        bool(unloading),
+        np.zeros(6),
+    )
     return Packed(body, owners, ball_owners, len(grasp))
 
 
@@ -112,6 +129,8 @@ def as_tasks(tasks: Any) -> np.ndarray:
         raise GraspError("tasks: got no column; give at least one task wrench")
     empty = ~array.any(axis=0)
     if empty.any():
-        raise GraspError(f"tasks: column {int(np.argmax(empty))} is zero; a zero wrench can be"
-                         " scaled without end, leave it out")
+        raise GraspError(
+            f"tasks: column {int(np.argmax(empty))} is zero; a zero wrench can be"
+            " scaled without end, leave it out"
+        )
     return array

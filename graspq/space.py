@@ -50,8 +50,7 @@ class WrenchSpace:
         if not w.any():
             if self.unloading:
                 return True
-            return not task_scaling(
-                self.wrenches, np.eye(6)[:1].T, self.bound, False).value < 0
+            return not task_scaling(self.wrenches, np.eye(6)[:1].T, self.bound, False).value < 0
         if self.unloading:
             return task_scaling(self.wrenches, w, self.bound, True).value >= 1.0 - tol
         from graspq._flat import spread
@@ -61,8 +60,10 @@ class WrenchSpace:
         ray = w - inner
         if not ray.any():
             return True
-        moved = [np.hstack([v - v.mean(axis=1, keepdims=True)]) for v in as_polytopes(
-            self.wrenches, "contains without unloading")]
+        moved = [
+            np.hstack([v - v.mean(axis=1, keepdims=True)])
+            for v in as_polytopes(self.wrenches, "contains without unloading")
+        ]
         if self.bound == "l1":
             every = np.hstack(as_polytopes(self.wrenches, "contains without unloading"))
             moved = [every - every.mean(axis=1, keepdims=True)]
@@ -141,15 +142,19 @@ class WrenchSpace:
         if spread(body, inner, size, np.empty((6, 6))) == 0.0:
             pads = missing_directions(self._packed, size)
             unit = np.where(size > 0, size, 1.0)
-            if pads.size and np.abs((pads / unit) @ (rays / unit[:, None])).max() > 1e-9 * np.abs(
-                rays / unit[:, None]
-            ).max():
+            if (
+                pads.size
+                and np.abs((pads / unit) @ (rays / unit[:, None])).max()
+                > 1e-9 * np.abs(rays / unit[:, None]).max()
+            ):
                 raise GraspError("slice: it is flat, the contacts cannot exert every direction")
         reaches, planes = np.zeros(len(points)), np.zeros((len(points), 6))
         stop = 1e-6 if self._packed.smooth else 1e-12
         if not stops(rays, body, pads, stop, reaches, planes):
-            raise GraspError("slice: the origin is not strictly inside it, so some directions"
-                             " cannot be exerted at all")
+            raise GraspError(
+                "slice: the origin is not strictly inside it, so some directions"
+                " cannot be exerted at all"
+            )
         return reaches, planes[:, rows]
 
     def _drawn(self, i: int) -> np.ndarray:
@@ -158,8 +163,9 @@ class WrenchSpace:
             return w
         k = np.arange(300) + 0.5
         polar, around = np.arccos(1 - 2 * k / 300), np.pi * (1 + 5**0.5) * k
-        ball = np.stack([np.cos(around) * np.sin(polar), np.sin(around) * np.sin(polar),
-                         np.cos(polar)])
+        ball = np.stack(
+            [np.cos(around) * np.sin(polar), np.sin(around) * np.sin(polar), np.cos(polar)]
+        )
         round_ = w.centres.T[:, :, None] + w.axes @ ball
         return np.hstack([np.hstack(list(round_)), w.points])
 

@@ -50,8 +50,9 @@ def gravity_tasks(
     about = as_array("origin", origin, (3,))
     a, b = tangent_basis(field / strength)
     angle = 2.0 * np.pi * np.arange(samples - 1) / max(samples - 1, 1)
-    points = np.vstack([centre, centre + reach * (
-        np.outer(np.cos(angle), a) + np.outer(np.sin(angle), b))])
+    points = np.vstack(
+        [centre, centre + reach * (np.outer(np.cos(angle), a) + np.outer(np.sin(angle), b))]
+    )
     force = np.tile(-kilograms * field, (samples, 1))
     moment = scale * np.cross(points - about, force)
     return np.vstack([force.T, moment.T])

@@ -12,8 +12,15 @@ from graspq.sets import as_bound, as_polytopes
 
 # Dimensions of the faces that are chosen: they add up to four and an edge is walked, or to
 # five without an edge among them.
-PATTERNS = ((4, 0, 0, 0), (3, 1, 0, 0), (2, 2, 0, 0), (2, 1, 1, 0), (1, 1, 1, 1), (3, 2, 0, 0),
-            (5, 0, 0, 0))
+PATTERNS = (
+    (4, 0, 0, 0),
+    (3, 1, 0, 0),
+    (2, 2, 0, 0),
+    (2, 1, 1, 0),
+    (1, 1, 1, 1),
+    (3, 2, 0, 0),
+    (5, 0, 0, 0),
+)
 MOST_WORK = 5e7
 GENERAL = 1e-8
 FLAT = 1e-9
@@ -74,14 +81,18 @@ def _sum_volume(grasp: list[np.ndarray]) -> float:
 
     for i, w in enumerate(grasp):
         if w.shape[1] > MOST_POINTS:
-            raise GraspError(f"wrenches[{i}]: {w.shape[1]} vertices are more than the"
-                             f" {MOST_POINTS} whose faces can be added up; take fewer edges, or"
-                             " augment='none'")
+            raise GraspError(
+                f"wrenches[{i}]: {w.shape[1]} vertices are more than the"
+                f" {MOST_POINTS} whose faces can be added up; take fewer edges, or"
+                " augment='none'"
+            )
     lattices = [lattice_of(w) for w in grasp]
     work = _work(lattices)
     if work > MOST_WORK:
-        raise GraspError(f"volume: about {work:.1g} combinations of faces are more than"
-                         f" {MOST_WORK:.0g}; take fewer edges or contacts")
+        raise GraspError(
+            f"volume: about {work:.1g} combinations of faces are more than"
+            f" {MOST_WORK:.0g}; take fewer edges or contacts"
+        )
     rng = np.random.default_rng(20170)
     bodies = []
     for w, lattice in zip(grasp, lattices, strict=True):
@@ -99,8 +110,12 @@ def _sum_volume(grasp: list[np.ndarray]) -> float:
         np.concatenate([x.base + s for x, s in zip(lattices, starts, strict=True)]),
         np.concatenate([x.basis + s for x, s in zip(lattices, starts, strict=True)]),
         np.concatenate([x.volume for x in lattices]),
-        np.concatenate([np.array([0]), *[
-            x.cover_first[1:] + c for x, c in zip(lattices, covers[:-1], strict=True)]]),
+        np.concatenate(
+            [
+                np.array([0]),
+                *[x.cover_first[1:] + c for x, c in zip(lattices, covers[:-1], strict=True)],
+            ]
+        ),
         np.concatenate([x.cover + s for x, s in zip(lattices, starts, strict=True)]),
     )
     return float(sum_volume(polytopes, np.array(PATTERNS)))
@@ -118,9 +133,17 @@ def _work(lattices: list[Lattice]) -> float:
         if len(dims) > len(lattices):
             continue
         # Equal dimensions take rising bodies, so each set of bodies counts once.
-        groups = combinations(bodies, len(dims)) if len(set(dims)) == 1 else (
-            c for c in permutations(bodies, len(dims))
-            if all(dims[i] != dims[i + 1] or c[i] < c[i + 1] for i in range(len(dims) - 1)))
-        total += sum(float(np.prod([counts[b][d] for b, d in zip(c, dims, strict=True)],
-                                   dtype=float)) for c in groups)
+        groups = (
+            combinations(bodies, len(dims))
+            if len(set(dims)) == 1
+            else (
+                c
+                for c in permutations(bodies, len(dims))
+                if all(dims[i] != dims[i + 1] or c[i] < c[i + 1] for i in range(len(dims) - 1))
+            )
+        )
+        total += sum(
+            float(np.prod([counts[b][d] for b, d in zip(c, dims, strict=True)], dtype=float))
+            for c in groups
+        )
     return total

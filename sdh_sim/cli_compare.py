@@ -222,9 +222,7 @@ def study_notes(study: Study) -> list[str]:
     """What the statistics over all trials say in words."""
     lines = []
     if any(study.findings[study.main, m].best for m in study.metrics):
-        lines.append(
-            "Best threshold: most accurate; its accuracy is cross-validated in ten folds."
-        )
+        lines.append("Best threshold: most accurate; its accuracy is cross-validated in ten folds.")
     pair = study.paired[study.main]
     if pair.disagree.n:
         lines.append(

@@ -92,4 +92,3 @@ def compare_pair(
         area_difference=difference,
         area_interval=bounds,
     )
-

@@ -110,9 +110,7 @@ def video_writer() -> ModuleType:
     return av
 
 
-def film(
-    log: TrialLog, path: Path, size: tuple[int, int] = SIZE, azimuth: float = AZIMUTH
-) -> None:
+def film(log: TrialLog, path: Path, size: tuple[int, int] = SIZE, azimuth: float = AZIMUTH) -> None:
     """Write an MP4 (H.264) of a whole trial, in real time.
 
     Raises:

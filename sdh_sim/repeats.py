@@ -19,9 +19,7 @@ from sdh_sim.scene import Scene
 DRAWS = 20  # infeasible copies are drawn again, at most so often
 
 
-def repeat_trial(
-    scene: Scene, thing: ObjectInfo, course: Course, rng: np.random.Generator
-) -> Rate:
+def repeat_trial(scene: Scene, thing: ObjectInfo, course: Course, rng: np.random.Generator) -> Rate:
     """Share of perturbed copies that hold, of ``settings.repeats`` with feasible motion.
 
     The hand's position and roll and the friction carry noise of their own in each copy.

@@ -232,4 +232,3 @@ def _filled(scores: np.ndarray) -> np.ndarray:
 
 def _flags(column: pa.ChunkedArray) -> np.ndarray:
     return np.array([bool(value) for value in column.to_pylist()], dtype=bool)
-

@@ -7,8 +7,23 @@ import numpy as np
 import graspq as gq
 from graspq.contact import tangent_basis
 
-KINDS = ("random", "soft", "antipodal", "one_sided", "frictionless", "planar", "duplicate",
-         "single", "symmetric", "tiny", "patch", "coaxial", "square", "clustered", "idle")
+KINDS = (
+    "random",
+    "soft",
+    "antipodal",
+    "one_sided",
+    "frictionless",
+    "planar",
+    "duplicate",
+    "single",
+    "symmetric",
+    "tiny",
+    "patch",
+    "coaxial",
+    "square",
+    "clustered",
+    "idle",
+)
 
 
 def unit(rng):
@@ -25,35 +40,72 @@ def contacts(rng, kind):
     if kind == "single":
         return [gq.Contact(unit(rng), unit(rng), mu, force, soft)]
     if kind == "antipodal":
-        return [gq.Contact(s * np.array([0.05, 0, 0]), [-s, 0, 0], mu, force, soft)
-                for s in (1.0, -1.0)]
+        return [
+            gq.Contact(s * np.array([0.05, 0, 0]), [-s, 0, 0], mu, force, soft) for s in (1.0, -1.0)
+        ]
     if kind == "one_sided":
-        return [gq.Contact([*(0.1 * rng.normal(size=2)), 0], [0, 0, 1.0], mu, force, soft)
-                for _ in range(count)]
+        return [
+            gq.Contact([*(0.1 * rng.normal(size=2)), 0], [0, 0, 1.0], mu, force, soft)
+            for _ in range(count)
+        ]
     if kind == "planar":
         angle = rng.uniform(0, 2 * np.pi, count + 1)
-        return [gq.Contact([0.05 * np.cos(a), 0.05 * np.sin(a), 0],
-                           [-np.cos(a), -np.sin(a), 0], mu, force, soft) for a in angle]
+        return [
+            gq.Contact(
+                [0.05 * np.cos(a), 0.05 * np.sin(a), 0],
+                [-np.cos(a), -np.sin(a), 0],
+                mu,
+                force,
+                soft,
+            )
+            for a in angle
+        ]
     if kind == "symmetric":
         angle = 2 * np.pi * np.arange(3) / 3
-        return [gq.Contact([0.05 * np.cos(a), 0.05 * np.sin(a), 0],
-                           [-np.cos(a), -np.sin(a), 0], mu, force, soft) for a in angle]
+        return [
+            gq.Contact(
+                [0.05 * np.cos(a), 0.05 * np.sin(a), 0],
+                [-np.cos(a), -np.sin(a), 0],
+                mu,
+                force,
+                soft,
+            )
+            for a in angle
+        ]
     if kind == "coaxial":
         n = unit(rng)
         mu = rng.choice([0.0, mu])
-        return [gq.Contact(0.05 * t * n, -np.sign(t) * n, mu, force, soft)
-                for t in rng.normal(size=int(rng.integers(2, 5)))]
+        return [
+            gq.Contact(0.05 * t * n, -np.sign(t) * n, mu, force, soft)
+            for t in rng.normal(size=int(rng.integers(2, 5)))
+        ]
     if kind == "square":
         mu, levels = rng.choice([0.0, mu]), rng.choice([0.0, 0.02])
-        made = [gq.Contact([0.05 * np.cos(a), 0.05 * np.sin(a), z],
-                           [-np.cos(a), -np.sin(a), 0], mu, force, soft)
-                for a in np.pi / 2 * np.arange(4) for z in {-levels, levels}]
-        return made[:int(rng.integers(3, 6))]
+        made = [
+            gq.Contact(
+                [0.05 * np.cos(a), 0.05 * np.sin(a), z],
+                [-np.cos(a), -np.sin(a), 0],
+                mu,
+                force,
+                soft,
+            )
+            for a in np.pi / 2 * np.arange(4)
+            for z in {-levels, levels}
+        ]
+        return made[: int(rng.integers(3, 6))]
     if kind == "clustered":
         n, p, near = unit(rng), 0.1 * rng.normal(size=3), 10.0 ** rng.integers(-5, -1)
         turned = [n + near * rng.normal(size=3) for _ in range(3)]
-        return [gq.Contact(p + near * rng.normal(size=3), rng.choice([-1, 1]) * m
-                           / np.linalg.norm(m), mu, force, soft) for m in turned]
+        return [
+            gq.Contact(
+                p + near * rng.normal(size=3),
+                rng.choice([-1, 1]) * m / np.linalg.norm(m),
+                mu,
+                force,
+                soft,
+            )
+            for m in turned
+        ]
     if kind == "idle":
         made = contacts(rng, "soft")[:2]
         return [*made, gq.Contact(rng.normal(size=3), unit(rng), mu, 0.0, 0.0)]

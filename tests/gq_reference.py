@@ -20,6 +20,8 @@ def need_reference() -> Path:
     """The data file, or skip the test."""
     path = reference_path()
     if path is None:
-        pytest.skip(f"{NAME} is not there; point GRASPQ_REFERENCE_DATA at it to compare with the"
-                    " published values")
+        pytest.skip(
+            f"{NAME} is not there; point GRASPQ_REFERENCE_DATA at it to compare with the"
+            " published values"
+        )
     return path

@@ -24,8 +24,9 @@ def test_epsilon_equals_that_of_the_whole_hull(kind):
         unloading = bool(rng.integers(2))
         value = gq.epsilon(wrenches, bound, unloading)
         scale = np.abs(np.hstack(wrenches)).max()
-        assert value == pytest.approx(product_epsilon(wrenches, bound, unloading),
-                                      abs=1e-11 * scale)
+        assert value == pytest.approx(
+            product_epsilon(wrenches, bound, unloading), abs=1e-11 * scale
+        )
         if unloading:
             assert gq.is_force_closure(wrenches) == (value > 0)
 
@@ -62,14 +63,19 @@ def test_epsilon_is_the_smallest_q_of_unit_tasks(seed):
         starts = rng.normal(size=(300, 6))
         starts /= np.linalg.norm(starts, axis=1)[:, None]
         best = starts[np.argmin(support(starts))]
-        found = minimize(lambda u: support(u) / np.linalg.norm(u), best, method="Nelder-Mead",
-                         options={"maxiter": 1500})
+        found = minimize(
+            lambda u: support(u) / np.linalg.norm(u),
+            best,
+            method="Nelder-Mead",
+            options={"maxiter": 1500},
+        )
         assert found.fun >= value * (1 - 1e-9)
 
 
 def test_the_worst_direction_reaches_exactly_epsilon():
-    grasp_ = [np.column_stack([e, -e]) * s for e, s in zip(np.eye(6), [3, 1, 2, 4, 5, 6],
-                                                           strict=True)]
+    grasp_ = [
+        np.column_stack([e, -e]) * s for e, s in zip(np.eye(6), [3, 1, 2, 4, 5, 6], strict=True)
+    ]
     assert gq.epsilon(grasp_, unloading=False) == pytest.approx(1.0, rel=1e-12)
     assert gq.task_scaling(grasp_, np.eye(6)[1], unloading=False).value == pytest.approx(1.0)
 

@@ -32,8 +32,7 @@ def test_one_task_set_for_all():
     grasps, _ = many(30)
     wanted = gq.gravity_tasks(0.3, [0, 0, 0], [0, 0, -9.81])
     batch = gq.task_scaling_batch(grasps, wanted)
-    np.testing.assert_array_equal(
-        batch.value, [gq.task_scaling(g, wanted).value for g in grasps])
+    np.testing.assert_array_equal(batch.value, [gq.task_scaling(g, wanted).value for g in grasps])
 
 
 def test_epsilon_and_volume_batch():
@@ -43,8 +42,7 @@ def test_epsilon_and_volume_batch():
     # Compiled apart, the two may round the last digit differently.
     np.testing.assert_allclose(one, [gq.epsilon(g, "l1") for g in grasps], rtol=1e-13)
     small = [g[:2] for g in grasps if max(w.shape[1] for w in g[:2]) < 16]
-    np.testing.assert_array_equal(gq.volume_batch(small, workers=2),
-                                  [gq.volume(g) for g in small])
+    np.testing.assert_array_equal(gq.volume_batch(small, workers=2), [gq.volume(g) for g in small])
 
 
 @pytest.mark.parametrize("bound", ["linf", "l1"])
@@ -61,11 +59,14 @@ def test_an_array_is_as_good_as_lists(bound):
             np.testing.assert_array_equal(a, b)
     # Any layout in memory, and no unloading, which goes grasp by grasp.
     turned = np.asfortranarray(array)
-    np.testing.assert_array_equal(gq.task_scaling_batch(turned, wanted, bound, False).value,
-                                  gq.task_scaling_batch(grasps, wanted, bound, False).value)
+    np.testing.assert_array_equal(
+        gq.task_scaling_batch(turned, wanted, bound, False).value,
+        gq.task_scaling_batch(grasps, wanted, bound, False).value,
+    )
     np.testing.assert_array_equal(gq.epsilon_batch(turned, bound), gq.epsilon_batch(grasps, bound))
-    np.testing.assert_array_equal(gq.volume_batch(array[:4, :2], bound),
-                                  gq.volume_batch([g[:2] for g in grasps[:4]], bound))
+    np.testing.assert_array_equal(
+        gq.volume_batch(array[:4, :2], bound), gq.volume_batch([g[:2] for g in grasps[:4]], bound)
+    )
 
 
 @pytest.mark.parametrize("shape", [(4, 6, 8), (4, 3, 5, 8), (4, 0, 6, 8), (4, 3, 6, 0), (4,)])
@@ -85,8 +86,9 @@ def test_ellipsoids_in_a_batch():
     rng = np.random.default_rng(1)
     grasps = [[gq.contact_wrenches(c, None) for c in contacts(rng, "soft")] for _ in range(6)]
     pull = np.eye(6)[:, :1]
-    np.testing.assert_array_equal(gq.task_scaling_batch(grasps, pull).value,
-                                  [gq.task_scaling(g, pull).value for g in grasps])
+    np.testing.assert_array_equal(
+        gq.task_scaling_batch(grasps, pull).value, [gq.task_scaling(g, pull).value for g in grasps]
+    )
 
 
 def test_bad_input_names_the_grasp():

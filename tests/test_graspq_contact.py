@@ -23,8 +23,9 @@ def test_hard_finger_samples_lie_on_the_friction_circle():
 def test_soft_finger_adds_two_apices():
     w = gq.contact_wrenches(disc(max_torsion=0.3))
     assert w.shape == (6, 14)
-    np.testing.assert_allclose(w[:, 12:], np.array([
-        [-4.0, 0, 0, -0.3, 0, 0], [-4.0, 0, 0, 0.3, 0, 0]]).T, atol=1e-15)
+    np.testing.assert_allclose(
+        w[:, 12:], np.array([[-4.0, 0, 0, -0.3, 0, 0], [-4.0, 0, 0, 0.3, 0, 0]]).T, atol=1e-15
+    )
 
 
 @pytest.mark.parametrize(("augment", "columns"), [("none", 14), ("fl", 16), ("hf", 38), ("sf", 42)])
@@ -48,26 +49,36 @@ def test_torque_scale_and_origin_move_only_the_moment():
     np.testing.assert_allclose(v[:3], w[:3])
 
 
-@pytest.mark.parametrize(("arguments", "named"), [
-    (dict(position=[0, 0]), "position"),
-    (dict(position=[0, 0, np.nan]), "position"),
-    (dict(normal=[0, 0, 2.0]), "normal"),
-    (dict(friction=-0.1), "friction"),
-    (dict(max_normal_force=-1.0), "max_normal_force"),
-    (dict(max_torsion=np.inf), "max_torsion"),
-    (dict(patch=np.zeros((0, 3))), "patch"),
-    (dict(patch=[[0, 0]]), "patch"),
-])
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (dict(position=[0, 0]), "position"),
+        (dict(position=[0, 0, np.nan]), "position"),
+        (dict(normal=[0, 0, 2.0]), "normal"),
+        (dict(friction=-0.1), "friction"),
+        (dict(max_normal_force=-1.0), "max_normal_force"),
+        (dict(max_torsion=np.inf), "max_torsion"),
+        (dict(patch=np.zeros((0, 3))), "patch"),
+        (dict(patch=[[0, 0]]), "patch"),
+    ],
+)
 def test_bad_contacts_are_named(arguments, named):
     good = dict(position=[0, 0, 0], normal=[0, 0, 1.0], friction=0.5)
     with pytest.raises(gq.GraspError, match=named):
         gq.Contact(**{**good, **arguments})
 
 
-@pytest.mark.parametrize("arguments", [
-    dict(augment="soft"), dict(augment="hf"), dict(edges=2), dict(edges=3.5), dict(torque_scale=0),
-    dict(origin=[0, 0]),
-])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        dict(augment="soft"),
+        dict(augment="hf"),
+        dict(edges=2),
+        dict(edges=3.5),
+        dict(torque_scale=0),
+        dict(origin=[0, 0]),
+    ],
+)
 def test_bad_sampling_is_refused(arguments):
     with pytest.raises(gq.GraspError, match=next(iter(arguments))):
         gq.contact_wrenches(disc(), **arguments)

@@ -10,20 +10,24 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 def run(*arguments):
-    return subprocess.run([sys.executable, "-m", *arguments], cwd=ROOT, capture_output=True,
-                          text=True, timeout=180)
+    return subprocess.run(
+        [sys.executable, "-m", *arguments], cwd=ROOT, capture_output=True, text=True, timeout=180
+    )
 
 
-@pytest.mark.parametrize("arguments", [
-    ("experiments.table1", "--grasps", "0"),
-    ("experiments.table1", "--objects", "teapot"),
-    ("experiments.table1", "--seed", "-1"),
-    ("experiments.table1", "--reference", "nowhere.npz"),
-    ("experiments.table1", "--out", "pyproject.toml"),
-    ("experiments.table1", "--grasps", "many"),
-    ("experiments.benchmark_metrics", "--hulls", "0"),
-    ("experiments.benchmark_metrics", "--fast"),
-])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("experiments.table1", "--grasps", "0"),
+        ("experiments.table1", "--objects", "teapot"),
+        ("experiments.table1", "--seed", "-1"),
+        ("experiments.table1", "--reference", "nowhere.npz"),
+        ("experiments.table1", "--out", "pyproject.toml"),
+        ("experiments.table1", "--grasps", "many"),
+        ("experiments.benchmark_metrics", "--hulls", "0"),
+        ("experiments.benchmark_metrics", "--fast"),
+    ],
+)
 def test_bad_command_lines_say_what_is_wrong_in_one_line(arguments):
     result = run(*arguments)
     assert result.returncode == 2
@@ -34,8 +38,7 @@ def test_bad_command_lines_say_what_is_wrong_in_one_line(arguments):
 def test_table1_prints_both_bounds_and_draws_figure_6(tmp_path):
     if not (ROOT / "models" / "objects" / "box").is_dir():
         pytest.skip("models/objects/box is not there")
-    result = run("experiments.table1", "--grasps", "12", "--objects", "box", "--out",
-                 str(tmp_path))
+    result = run("experiments.table1", "--grasps", "12", "--objects", "box", "--out", str(tmp_path))
     assert result.returncode == 0, result.stderr
     assert "L∞ paper" in result.stdout
     assert "force closure" in result.stdout

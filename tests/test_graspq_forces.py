@@ -54,8 +54,9 @@ def test_a_hand_limits_by_its_motors():
     hand = gq.HandBound(pair(), jacobians, [1.0, 1.0])
     f = gq.contact_forces(hand, [0, 0, 4.0, 0, 0, 0])
     assert f.motor_torque is not None
-    np.testing.assert_allclose(f.motor_torque, np.full(2, 0.1 * 2 / (0.5 * np.cos(np.pi / 12))),
-                               atol=1e-6)
+    np.testing.assert_allclose(
+        f.motor_torque, np.full(2, 0.1 * 2 / (0.5 * np.cos(np.pi / 12))), atol=1e-6
+    )
     with pytest.raises(gq.GraspError, match="motor"):
         gq.contact_forces(hand, [0, 0, 11.0, 0, 0, 0])
 

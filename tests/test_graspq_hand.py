@@ -76,8 +76,10 @@ def test_a_motor_at_its_limit_that_no_contact_loads():
 
 def test_a_coupled_spread_joint_shares_its_torque():
     # Two fingers turned apart by one motor: their side forces oppose through it, ±y by 0.05 m.
-    made = [gq.Contact([0.02, 0.03, 0], [0, -1.0, 0], 0.0), gq.Contact([-0.02, 0.03, 0],
-                                                                      [0, -1.0, 0], 0.0)]
+    made = [
+        gq.Contact([0.02, 0.03, 0], [0, -1.0, 0], 0.0),
+        gq.Contact([-0.02, 0.03, 0], [0, -1.0, 0], 0.0),
+    ]
     spread = [np.outer([0, 1.0, 0], [0.05]), np.outer([0, -1.0, 0], [0.05])]
     push = np.array([[0, -1.0, 0, 0, 0, 0]]).T
     # Equal pushes cancel in the motor, so it does not limit them.
@@ -114,21 +116,33 @@ def random_hand(rng):
         kind = rng.integers(3)
         a, b = tangent_basis(n)
         patch = p + 0.01 * (rng.uniform(-1, 1, (6, 1)) * a + rng.uniform(-1, 1, (6, 1)) * b)
-        made.append(gq.Contact(p, n, float(rng.choice([0.1, 0.6, 1.0])), 2.0,
-                               0.01 if kind == 2 else 0.0, patch if kind == 1 else None))
+        made.append(
+            gq.Contact(
+                p,
+                n,
+                float(rng.choice([0.1, 0.6, 1.0])),
+                2.0,
+                0.01 if kind == 2 else 0.0,
+                patch if kind == 1 else None,
+            )
+        )
         jacobian = 0.1 * rng.normal(size=(6, motors)) * (rng.uniform(size=motors) < 0.7)
         jacobian[3:] *= 10
         jacobians.append(jacobian)
     limit, torque = rng.uniform(0.3, 2, motors), None
-    push = [(c.normal + 0.3 * c.friction * tangent_basis(c.normal)[0])
-            * rng.uniform(0.1, 5) for c in made]
+    push = [
+        (c.normal + 0.3 * c.friction * tangent_basis(c.normal)[0]) * rng.uniform(0.1, 5)
+        for c in made
+    ]
     wanted = gq.gravity_tasks(0.3, 0.01 * rng.normal(size=3), [0, 0, -9.81], samples=6)
     if rng.integers(2):
         torque = sum(j[:3].T @ f for j, f in zip(jacobians, push, strict=True))
         limit = np.maximum(np.abs(torque) * rng.choice([1.0, 1.5], motors), 1e-3)
     if rng.integers(3):
-        wanted = np.sum([np.concatenate([f, np.cross(c.position, f)])
-                         for c, f in zip(made, push, strict=True)], axis=0)[:, None]
+        wanted = np.sum(
+            [np.concatenate([f, np.cross(c.position, f)]) for c, f in zip(made, push, strict=True)],
+            axis=0,
+        )[:, None]
     slack = float(rng.choice([0.0, 0.05, 0.1]))
     return gq.HandBound(made, jacobians, limit, torque, slack), wanted
 
@@ -148,12 +162,18 @@ def by_lp(hand, wanted, edges):
             cost = np.zeros(columns.shape[1] + 1)
             cost[-1] = sign
             loads = np.column_stack([columns[6:], np.zeros(len(columns) - 6)])
-            r = linprog(cost, A_ub=np.vstack([loads, -loads]),
-                        b_ub=np.concatenate([hand.upper, -hand.lower]),
-                        A_eq=np.column_stack([columns[:6], -t / np.linalg.norm(t)]),
-                        b_eq=np.zeros(6), method="highs",
-                        options={"primal_feasibility_tolerance": 1e-10,
-                                 "dual_feasibility_tolerance": 1e-10})
+            r = linprog(
+                cost,
+                A_ub=np.vstack([loads, -loads]),
+                b_ub=np.concatenate([hand.upper, -hand.lower]),
+                A_eq=np.column_stack([columns[:6], -t / np.linalg.norm(t)]),
+                b_eq=np.zeros(6),
+                method="highs",
+                options={
+                    "primal_feasibility_tolerance": 1e-10,
+                    "dual_feasibility_tolerance": 1e-10,
+                },
+            )
             if r.status == 2:
                 return -np.inf
             ends[sign].append(np.inf if r.status == 3 else r.x[-1] / np.linalg.norm(t))
@@ -189,17 +209,23 @@ def test_equals_the_linear_program_on_random_hands():
     assert seen["none"] > 3
 
 
-@pytest.mark.parametrize(("change", "named"), [
-    (dict(contacts=[]), "contacts"),
-    (dict(jacobians=[]), "jacobians"),
-    (dict(jacobians=[np.zeros((4, 1))]), r"jacobians\[0\]"),
-    (dict(torque_limit=[-1.0]), "torque_limit"),
-    (dict(motor_torque=[1.0, 2.0]), "motor_torque"),
-    (dict(slack=-0.1), "slack"),
-])
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        (dict(contacts=[]), "contacts"),
+        (dict(jacobians=[]), "jacobians"),
+        (dict(jacobians=[np.zeros((4, 1))]), r"jacobians\[0\]"),
+        (dict(torque_limit=[-1.0]), "torque_limit"),
+        (dict(motor_torque=[1.0, 2.0]), "motor_torque"),
+        (dict(slack=-0.1), "slack"),
+    ],
+)
 def test_bad_hands_are_named(change, named):
-    good = dict(contacts=[gq.Contact([0, 0, 0], [0, 0, 1.0], 0.5)], jacobians=[np.ones((3, 1))],
-                torque_limit=[1.0])
+    good = dict(
+        contacts=[gq.Contact([0, 0, 0], [0, 0, 1.0], 0.5)],
+        jacobians=[np.ones((3, 1))],
+        torque_limit=[1.0],
+    )
     with pytest.raises(gq.GraspError, match=named):
         gq.HandBound(**{**good, **change})
 

@@ -6,20 +6,30 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-CALL = ("import numpy as np, graspq as gq, time; t = time.process_time();"
-        "gq.task_scaling([np.vstack([np.eye(6), -np.eye(6)]).T], np.ones((6, 1)));"
-        "print(time.process_time() - t)")
+CALL = (
+    "import numpy as np, graspq as gq, time; t = time.process_time();"
+    "gq.task_scaling([np.vstack([np.eye(6), -np.eye(6)]).T], np.ones((6, 1)));"
+    "print(time.process_time() - t)"
+)
 
 
 def run(code):
     env = {**os.environ, "PYTHONPATH": str(ROOT)}
-    return subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True,
-                          check=True, timeout=120).stdout
+    return subprocess.run(
+        [sys.executable, "-c", code],
+        env=env,
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
+    ).stdout
 
 
 def test_import_is_fast_and_brings_no_simulator():
-    code = ("import time; t = time.process_time(); import graspq, sys;"
-            "print(time.process_time() - t, *sorted(sys.modules))")
+    code = (
+        "import time; t = time.process_time(); import graspq, sys;"
+        "print(time.process_time() - t, *sorted(sys.modules))"
+    )
     best = min(float(run(code).split()[0]) for _ in range(2))
     assert best < 1.0
     modules = set(run(code).split()[1:])

@@ -7,8 +7,10 @@ import graspq as gq
 
 
 def antipodal(mu=0.5, g=2.0, torsion=0.0):
-    return [gq.contact_wrenches(gq.Contact([s * 0.03, 0, 0], [-s, 0, 0], mu, g, torsion))
-            for s in (1.0, -1.0)]
+    return [
+        gq.contact_wrenches(gq.Contact([s * 0.03, 0, 0], [-s, 0, 0], mu, g, torsion))
+        for s in (1.0, -1.0)
+    ]
 
 
 def test_two_fingers_hold_twice_the_friction_force():
@@ -50,8 +52,9 @@ def test_without_unloading_an_unbalanced_push_is_infeasible():
 
 def test_metrics_of_a_cube_of_contacts():
     # Six frictionless pushes through the centre span only forces: flat, not force closure.
-    faces = [gq.contact_wrenches(gq.Contact(-d, d, 0.0))
-             for d in np.vstack([np.eye(3), -np.eye(3)])]
+    faces = [
+        gq.contact_wrenches(gq.Contact(-d, d, 0.0)) for d in np.vstack([np.eye(3), -np.eye(3)])
+    ]
     assert gq.volume(faces, "l1") == 0.0
     assert gq.epsilon(faces, "l1") == 0.0
     assert not gq.is_force_closure(faces)
@@ -66,17 +69,20 @@ def test_a_cross_of_wrenches_has_known_metrics():
     assert gq.is_force_closure(grasp)
 
 
-@pytest.mark.parametrize(("wrenches", "tasks", "more", "named"), [
-    ([], np.ones(6), {}, "empty"),
-    (np.ones((6, 4)), np.ones(6), {}, "wrap"),
-    ([np.ones((5, 4))], np.ones(6), {}, r"wrenches\[0\]"),
-    ([np.ones((6, 0))], np.ones(6), {}, "no column"),
-    ([np.full((6, 2), np.nan)], np.ones(6), {}, "finite"),
-    ([np.ones((6, 4))], np.zeros(6), {}, "zero"),
-    ([np.ones((6, 4))], np.ones(5), {}, "tasks"),
-    ([np.ones((6, 4))], np.ones(6), {"bound": "l2"}, "bound"),
-    ([np.ones((6, 4))], np.ones(6), {"engine": "qp"}, "engine"),
-])
+@pytest.mark.parametrize(
+    ("wrenches", "tasks", "more", "named"),
+    [
+        ([], np.ones(6), {}, "empty"),
+        (np.ones((6, 4)), np.ones(6), {}, "wrap"),
+        ([np.ones((5, 4))], np.ones(6), {}, r"wrenches\[0\]"),
+        ([np.ones((6, 0))], np.ones(6), {}, "no column"),
+        ([np.full((6, 2), np.nan)], np.ones(6), {}, "finite"),
+        ([np.ones((6, 4))], np.zeros(6), {}, "zero"),
+        ([np.ones((6, 4))], np.ones(5), {}, "tasks"),
+        ([np.ones((6, 4))], np.ones(6), {"bound": "l2"}, "bound"),
+        ([np.ones((6, 4))], np.ones(6), {"engine": "qp"}, "engine"),
+    ],
+)
 def test_bad_input_is_named(wrenches, tasks, more, named):
     with pytest.raises(gq.GraspError, match=named):
         gq.task_scaling(wrenches, tasks, **more)

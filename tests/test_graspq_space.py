@@ -8,9 +8,19 @@ import graspq as gq
 
 
 def ring(edges: int | None = 12, torsion=0.01):
-    return [gq.contact_wrenches(
-        gq.Contact([0.05 * np.cos(a), 0.05 * np.sin(a), 0.01], [-np.cos(a), -np.sin(a), 0], 0.6,
-                   2.0, torsion), edges) for a in (0, 2.1, 4.0)]
+    return [
+        gq.contact_wrenches(
+            gq.Contact(
+                [0.05 * np.cos(a), 0.05 * np.sin(a), 0.01],
+                [-np.cos(a), -np.sin(a), 0],
+                0.6,
+                2.0,
+                torsion,
+            ),
+            edges,
+        )
+        for a in (0, 2.1, 4.0)
+    ]
 
 
 def test_support_adds_up_and_takes_the_largest():
@@ -52,13 +62,14 @@ def test_slices_lie_on_the_boundary_and_inside_projections(bound):
         assert 0 < cut.volume <= shadow.volume
         for corner in cut.vertices[::25]:
             task = np.zeros(6)
-            task[at:at + 3] = corner
+            task[at : at + 3] = corner
             assert gq.task_scaling(ring(), task, bound).value == pytest.approx(1, rel=1e-6)
         # A projection's support is the space's, for normals within the part.
         u = np.zeros((9, 6))
-        u[:, at:at + 3] = np.random.default_rng(1).normal(size=(9, 3))
-        np.testing.assert_allclose((u[:, at:at + 3] @ shadow.vertices.T).max(axis=1),
-                                   space.support(u), rtol=1e-9)
+        u[:, at : at + 3] = np.random.default_rng(1).normal(size=(9, 3))
+        np.testing.assert_allclose(
+            (u[:, at : at + 3] @ shadow.vertices.T).max(axis=1), space.support(u), rtol=1e-9
+        )
 
 
 def test_ellipsoids_draw_a_larger_slice():
@@ -68,8 +79,9 @@ def test_ellipsoids_draw_a_larger_slice():
 
 
 def test_flat_pictures_are_refused():
-    fingers = [gq.contact_wrenches(gq.Contact([s * 0.03, 0, 0.01], [-s, 0, 0], 0.5))
-               for s in (1.0, -1.0)]
+    fingers = [
+        gq.contact_wrenches(gq.Contact([s * 0.03, 0, 0.01], [-s, 0, 0], 0.5)) for s in (1.0, -1.0)
+    ]
     with pytest.raises(gq.GraspError, match=r"flat|not strictly inside"):
         gq.WrenchSpace(fingers).slice("moment")
     with pytest.raises(gq.GraspError, match="part"):

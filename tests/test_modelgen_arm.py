@@ -1,6 +1,5 @@
 """The arm: kinematics against the table of joint lines, mass, servos, files as generated."""
 
-
 import mujoco
 import numpy as np
 import pytest

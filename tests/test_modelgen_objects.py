@@ -1,6 +1,5 @@
 """The grasp objects: facts of the paper, shape of what collides, files as the script makes them."""
 
-
 import mujoco
 import numpy as np
 import pytest
@@ -224,7 +223,6 @@ def test_committed_files_are_what_the_script_makes(tmp_path):
     objects.write(tmp_path)
     kept = [path for path in model_files(FOLDER) if path.parts[0] in NAMES]
     assert_same_files(tmp_path, FOLDER, kept, "sdh_sim.modelgen.objects")
-
 
 
 def test_no_file_is_large():

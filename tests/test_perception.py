@@ -173,8 +173,13 @@ def test_normals_are_those_of_the_surface_that_a_pad_meets(kinematics, thing):
         # Equation (6) asks what the motors can push along that normal.
         lever = found.contact.normal @ found.jacobian[:3]
         assert found.contact.max_normal_force == pytest.approx(
-            float(min(limit / abs(arm) for limit, arm in
-                      zip(torque_limits(LIMIT), lever, strict=True) if abs(arm) > 1e-9))
+            float(
+                min(
+                    limit / abs(arm)
+                    for limit, arm in zip(torque_limits(LIMIT), lever, strict=True)
+                    if abs(arm) > 1e-9
+                )
+            )
         )
         patch = found.contact.patch
         assert patch is not None

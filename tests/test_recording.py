@@ -277,7 +277,7 @@ def test_the_documented_schema_is_what_is_in_the_file(columns: Columns) -> None:
         (re.compile(re.sub(r"<\w+>", "[^/]+", re.escape(path))), archetype)
         for path, archetype in rows
     ]
-    for (path, name) in columns:
+    for path, name in columns:
         archetype = name.partition(":")[0]
         if archetype in ARCHETYPES:
             assert any(p.fullmatch(path) and a == archetype for p, a in patterns), (path, name)

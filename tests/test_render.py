@@ -86,8 +86,12 @@ def test_several_trials_make_no_picture(run, tmp_path, capsys):
 def test_the_viewer_needs_a_screen_and_one_object(capsys, monkeypatch):
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-    for arguments, words in ((["box"], "no screen"), (["all"], "one object"),
-                             (["teapot"], "choose one of"), (["box", "--seed", "-1"], "--seed")):
+    for arguments, words in (
+        (["box"], "no screen"),
+        (["all"], "one object"),
+        (["teapot"], "choose one of"),
+        (["box", "--seed", "-1"], "--seed"),
+    ):
         assert cli.main(["view", *arguments]) == 2
         assert words in capsys.readouterr().err
 

@@ -129,9 +129,7 @@ def test_summary_counts_by_hand(reported):
     (every,) = (
         r for r in load if (r["object"], r["metric"], r["trials"]) == ("overall", "q_linf", "all")
     )
-    logs = [
-        np.log(r["q_linf"] / r["q_sim"]) for r in data if r["q_linf"] > 0 and r["q_sim"] > 0
-    ]
+    logs = [np.log(r["q_linf"] / r["q_sim"]) for r in data if r["q_linf"] > 0 and r["q_sim"] > 0]
     assert (every["n"], every["ratios"]) == (24, len(logs))
     assert every["median_log_ratio"] == pytest.approx(np.median(logs))
 

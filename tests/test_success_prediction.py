@@ -238,9 +238,7 @@ def test_the_study_end_to_end(run, capsys):
     assert len(wrench) == len(grid())
     assert sum(r["metric"] == "no wrenches" for r in table) == 6
     # The force alone tells held from not, as it was made.
-    (readings,) = (
-        r for r in table if (r["assumes"], r["pads"]) == ("sum of readings", "distal")
-    )
+    (readings,) = (r for r in table if (r["assumes"], r["pads"]) == ("sum of readings", "distal"))
     assert readings["auc"] == 1.0
     scores = pq.read_table(out / "scores.parquet")
     assert scores.num_rows == TRIALS

@@ -163,8 +163,7 @@ def hand_mjcf() -> str:
         '    <material name="sdh2_aluminium" rgba="0.62 0.63 0.66 1" specular="0.7" '
         'shininess="0.5"/>',
         '    <material name="sdh2_dark" rgba="0.28 0.29 0.31 1" specular="0.5" shininess="0.4"/>',
-        '    <material name="sdh2_rubber" rgba="0.07 0.07 0.08 1" specular="0.1" '
-        'shininess="0.1"/>',
+        '    <material name="sdh2_rubber" rgba="0.07 0.07 0.08 1" specular="0.1" shininess="0.1"/>',
     ]
     lines += [f'    <mesh name="{name}" file="{name}.obj"/>' for name in sorted(hand_meshes())]
     lines += [
