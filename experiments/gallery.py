@@ -18,13 +18,13 @@ from typing import Any
 
 import numpy as np
 
-from sdh_sim.log import TrialLog
-from sdh_sim.preset import NO_TRUTH
-from sdh_sim.records import RecordError
-from sdh_sim.render import RenderError, render_trial
-from sdh_sim.run_folder import RunFolder
-from sdh_sim.stored import read_stored
-from sdh_sim.trial import run_trial
+from sdh_sim.errors import RenderError
+from sdh_sim.metrics.stored_grasps import read_stored
+from sdh_sim.records.schema import NO_TRUTH, RecordError
+from sdh_sim.runs.folder import RunFolder
+from sdh_sim.trial.trial import run_trial
+from sdh_sim.trial.trial_log import TrialLog
+from sdh_sim.viewing.render import render_trial
 
 MOVED_MM = 2.0  # of the object in the hand: from then on it is on its way out
 SHOWN = ("q_linf", "q_l1", "q_capability", "q_held", "q_whole_hand")
@@ -98,7 +98,7 @@ def _displacement(log: TrialLog) -> np.ndarray:
 
 def show(row: Mapping[str, Any], folder: RunFolder, name: str, out: Path, draw: bool) -> str:
     """Repeat a trial, write its picture and recording, return its paragraph."""
-    from sdh_sim.recording import write_recording
+    from sdh_sim.viewing.recording import write_recording
 
     job = folder.read_plan().job(int(row["trial"]))
     # Users' metrics are not evaluated again: code that a run names is not run unasked.

@@ -10,8 +10,8 @@ from typing import TypeVar
 from rich.console import Console
 from rich.progress import track
 
-from sdh_sim.campaign import default_workers
-from sdh_sim.threads import limit_threads
+from sdh_sim.campaign.campaign import default_workers
+from sdh_sim.thread_limits import limit_threads
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")

@@ -23,17 +23,17 @@ from rich.table import Table
 
 import graspq as gq
 from experiments.parallel import run_all
-from sdh_sim.compare import auc
-from sdh_sim.extensions import ObjectFolder
-from sdh_sim.hand import MOTOR_NAMES, HandKinematics
-from sdh_sim.object_shape import rotation_of
-from sdh_sim.objects import ObjectInfo
-from sdh_sim.perception import GRAVITY, TASK_RADIUS, TASK_SAMPLES, pad_contacts
-from sdh_sim.preset import NO_TRUTH
-from sdh_sim.records import RecordError
-from sdh_sim.run_folder import RunFolder
-from sdh_sim.stored import object_of, read_stored, snapshot_of
-from sdh_sim.tactile import TactileSnapshot
+from sdh_sim.analysis.comparison import auc
+from sdh_sim.metrics.stored_grasps import object_of, read_stored, snapshot_of
+from sdh_sim.objects.catalogue import ObjectInfo
+from sdh_sim.poses import rotation_of
+from sdh_sim.records.schema import NO_TRUTH, RecordError
+from sdh_sim.robot.hand import MOTOR_NAMES, HandKinematics
+from sdh_sim.runs.folder import RunFolder
+from sdh_sim.sensing.pad_contacts import pad_contacts
+from sdh_sim.sensing.perceived_grasp import GRAVITY, TASK_RADIUS, TASK_SAMPLES
+from sdh_sim.sensing.snapshot import TactileSnapshot
+from sdh_sim.user_references import ObjectFolder
 
 UP = np.array([0.0, 0.0, 1.0])
 

@@ -6,12 +6,14 @@ from graspq.contact import Contact, contact_wrenches
 from graspq.ellipsoid import EllipsoidSet
 from graspq.errors import GraspError
 from graspq.forces import ContactForces, contact_forces
-from graspq.hand import HandBound, HandScaling, hand_task_scaling
+from graspq.hand_bound import HandBound
+from graspq.hand_scaling import hand_task_scaling
 from graspq.limits import max_normal_force, max_torsion
-from graspq.scaling import TaskScaling, discretisation_error, task_scaling
-from graspq.space import WrenchSpace
+from graspq.scaling import discretisation_error, task_scaling
+from graspq.scaling_result import HandScaling, TaskScaling
 from graspq.tasks import gravity_tasks
 from graspq.volume import volume
+from graspq.wrench_space import WrenchSpace
 
 __all__ = [
     "Contact",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from graspq.errors import GraspError, as_number
-from graspq.sets import Packed, as_bound, pack
+from graspq.inputs import Packed, as_bound, pack
 
 FIRST_FACETS, MOST_FACETS = 16_384, 131_072
 FIRST_VERTICES, MOST_VERTICES = 1024, 8192
@@ -38,7 +38,7 @@ def is_force_closure(wrenches: Any) -> bool:
 
 def ball_of(packed: Packed, tol: float) -> float:
     """ε of a checked grasp."""
-    from graspq._hull import FULL, GROWN
+    from graspq._compiled.incremental_hull import FULL, GROWN
 
     stop = tol if packed.smooth else 0.0
     facets, vertices = FIRST_FACETS, FIRST_VERTICES
@@ -61,8 +61,8 @@ def ball_of(packed: Packed, tol: float) -> float:
 
 def _largest(packed: Packed, stop: float, facets: int, vertices: int) -> tuple[int, float, float]:
     """Status, lower bound and value of the largest ball, also of all but flat sets."""
-    from graspq._epsilon import FLAT, ball, ball_of, room
-    from graspq.ray import rounded
+    from graspq._compiled.inscribed_ball import FLAT, ball, ball_of, room
+    from graspq._engines.ray_engine import rounded
 
     work = room(facets, vertices)
     status, lower, value = ball(packed.body, stop, work)

@@ -12,8 +12,8 @@ import numpy as np
 
 from graspq.ball import FIRST_FACETS, FIRST_VERTICES, epsilon
 from graspq.errors import GraspError, as_number
+from graspq.inputs import as_bound, as_tasks
 from graspq.scaling import task_scaling
-from graspq.sets import as_bound, as_tasks
 
 CHUNKS = 8
 PACKED = 20_000
@@ -79,7 +79,7 @@ def task_scaling_batch(
         flat = _flatten(grasps[low:high])
         if flat is None:
             return
-        from graspq._batch import reach_many
+        from graspq._compiled.ray_batch import reach_many
 
         wanted, ends = sets
         if ends is None:
@@ -134,7 +134,7 @@ def epsilon_batch(
         flat = _flatten(grasps[low:high])
         if flat is None:
             return
-        from graspq._ball_batch import ball_many
+        from graspq._compiled.ball_batch import ball_many
 
         ball_many(
             *flat,

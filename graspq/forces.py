@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from graspq.contact import Contact, tangent_basis
 from graspq.errors import GraspError, as_array, as_number
-from graspq.hand import HandBound, points_of
+from graspq.hand_bound import HandBound, points_of
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,65 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from graspq.errors import as_choice, as_number
-from graspq.sets import as_bound, as_polytopes, as_tasks, pack
+from graspq.inputs import as_bound, as_polytopes, as_tasks, pack
+from graspq.scaling_result import TaskScaling
 
 _ray: Any = None
 ENGINES = ("ray", "highs")
-UNREACHABLE = "task {j} lies outside the cone of wrenches that the contacts can exert"
-FLAT = "task {j} lies outside the {rank}-dimensional span of what the contacts can exert"
-INFEASIBLE = (
-    "no scale q >= 0 puts task {j} inside the wrench space: without unloading the"
-    " contacts press with their limit"
-)
-
-
-@dataclass(frozen=True, eq=False, init=False)
-class TaskScaling:
-    """The largest factor by which every task wrench stays inside the wrench space.
-
-    Attributes:
-        value: q*; 0.0 when a task cannot be exerted at all, -inf when the contacts cannot
-            unload and no scale is feasible.
-        lower: certified lower bound on q*.
-        upper: certified upper bound on q*.
-        critical_task: column of the task set that limits q*.
-        forces: wrench of every contact at the optimum, (force [N], moment [N m]), shape
-            (n, 6); they add up to ``value`` times the critical task. Zero when ``value`` is 0,
-            NaN when it is -inf.
-        reason: why ``value`` is 0 or -inf; empty otherwise.
-    """
-
-    value: float
-    lower: float
-    upper: float
-    critical_task: int
-    forces: np.ndarray
-    reason: str = ""
-
-    def __init__(
-        self,
-        value: float,
-        lower: float,
-        upper: float,
-        critical_task: int,
-        forces: np.ndarray,
-        reason: str = "",
-    ) -> None:
-        # What a frozen dataclass writes sets every field by itself, which takes twice as long.
-        self.__dict__.update(
-            value=value,
-            lower=lower,
-            upper=upper,
-            critical_task=critical_task,
-            forces=forces,
-            reason=reason,
-        )
 
 
 def task_scaling(
@@ -92,7 +41,7 @@ def task_scaling(
     as_choice("engine", engine, ENGINES)
     bound = as_bound(bound)
     if engine == "highs":
-        from graspq.lp import scale_all_by_lp
+        from graspq._engines.highs_engine import scale_all_by_lp
 
         return scale_all_by_lp(
             as_polytopes(wrenches, "engine 'highs'"), as_tasks(tasks), bound, unloading
@@ -100,7 +49,7 @@ def task_scaling(
     global _ray
     if _ray is None:
         # Numba is slow to import, and an import statement slow to pass on every call.
-        from graspq import ray
+        from graspq._engines import ray_engine as ray
 
         _ray = ray
     gap = as_number("tol", tol, positive=True)
@@ -109,18 +58,6 @@ def task_scaling(
         if found is not None:
             return found
     return _ray.scale_by_ray(pack(wrenches, bound, unloading), as_tasks(tasks), gap)
-
-
-def nothing(contacts: int, critical: int, reason: str, upper: float = 0.0) -> TaskScaling:
-    """The result for a task that cannot be exerted at all."""
-    forces = np.zeros((contacts, 6))
-    return TaskScaling(0.0, 0.0, upper, critical, forces, reason)
-
-
-def infeasible(contacts: int, critical: int, reason: str) -> TaskScaling:
-    """The result when no scale is feasible."""
-    forces = np.full((contacts, 6), np.nan)
-    return TaskScaling(-np.inf, -np.inf, -np.inf, critical, forces, reason)
 
 
 def discretisation_error(

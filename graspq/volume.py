@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from graspq._engines.face_lattice import MOST_POINTS, Lattice, lattice_of
 from graspq.errors import GraspError
-from graspq.lattice import MOST_POINTS, Lattice, lattice_of
-from graspq.sets import as_bound, as_polytopes
+from graspq.inputs import as_bound, as_polytopes
 
 # Dimensions of the faces that are chosen: they add up to four and an edge is walked, or to
 # five without an edge among them.
@@ -77,7 +77,7 @@ def _hull_volume(points: np.ndarray) -> float:
 
 
 def _sum_volume(grasp: list[np.ndarray]) -> float:
-    from graspq._faces import sum_volume
+    from graspq._compiled.minkowski_volume import sum_volume
 
     for i, w in enumerate(grasp):
         if w.shape[1] > MOST_POINTS:

@@ -11,24 +11,28 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from sdh_sim.campaign import CampaignError, RunResult, run_campaign
-    from sdh_sim.hand import HandKinematics
-    from sdh_sim.metrics import METRICS, evaluate
+    from sdh_sim.campaign.campaign import run_campaign
+    from sdh_sim.campaign.session import RunResult
+    from sdh_sim.errors import CampaignError, RunError, SettingsError
+    from sdh_sim.metrics.built_in import METRICS, evaluate
+    from sdh_sim.metrics.prediction import Prediction, predict
+    from sdh_sim.metrics.stored_grasps import grasp_of, object_of, snapshot_of
+    from sdh_sim.metrics.user_metrics import find_metrics
     from sdh_sim.model_files import models_dir
-    from sdh_sim.objects import ObjectInfo, object_info, object_names, user_object
-    from sdh_sim.pad_contact import PadContact
-    from sdh_sim.perception import PerceivedGrasp, perceive
-    from sdh_sim.prediction import Prediction, predict
-    from sdh_sim.recording import write_recording
-    from sdh_sim.records import COLUMNS, RecordError, read_rows, read_table, stack
-    from sdh_sim.render import render_trial
-    from sdh_sim.run_folder import RunError, RunFolder
-    from sdh_sim.run_plan import RunPlan
-    from sdh_sim.settings import SettingsError, TrialSettings
-    from sdh_sim.stored import grasp_of, object_of, snapshot_of
-    from sdh_sim.tactile import TactileSnapshot
-    from sdh_sim.trial import TrialResult, run_trial
-    from sdh_sim.user_metrics import find_metrics
+    from sdh_sim.objects.catalogue import ObjectInfo, object_info, object_names, user_object
+    from sdh_sim.records.parquet_files import read_rows, read_table
+    from sdh_sim.records.rows import stack
+    from sdh_sim.records.schema import COLUMNS, RecordError
+    from sdh_sim.robot.hand import HandKinematics
+    from sdh_sim.runs.folder import RunFolder
+    from sdh_sim.runs.plan import RunPlan
+    from sdh_sim.sensing.pad_contacts import PadContact
+    from sdh_sim.sensing.perceived_grasp import PerceivedGrasp, perceive
+    from sdh_sim.sensing.snapshot import TactileSnapshot
+    from sdh_sim.settings import TrialSettings
+    from sdh_sim.trial.trial import TrialResult, run_trial
+    from sdh_sim.viewing.recording import write_recording
+    from sdh_sim.viewing.render import render_trial
 
 __version__ = "0.1.0"
 

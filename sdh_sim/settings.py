@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from sdh_sim.errors import SettingsError
-from sdh_sim.extensions import ObjectFolder, UserMetric, check_metrics, metrics_from, plain
+from sdh_sim.user_references import ObjectFolder, UserMetric, check_metrics, metrics_from, plain
 
 PAPER_TORQUE_FACTOR = 0.781  # Krug et al.: share of the data-sheet torque used in section IV-B
 DATASHEET_TORQUE_LIMIT = (2.1, 1.4)  # [N m] spread and proximal joints, distal joints

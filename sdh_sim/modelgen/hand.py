@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from sdh_sim import sdh2_constants as c
 from sdh_sim.modelgen.hand_meshes import hand_meshes
 from sdh_sim.modelgen.lofts import write_obj
+from sdh_sim.robot import sdh2_constants as c
 
 # Assumptions (not published for this hand), stated once:
 ARMATURE = {"spread": 0.005, "proximal": 0.002, "distal": 0.002}  # reflected rotor inertia

@@ -1,0 +1,140 @@
+"""Why a bound misses the load that a grasp holds, and the grasps that show it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from experiments.success_prediction.metric_grid import Variant
+from sdh_sim.analysis.comparison import NAMES
+from sdh_sim.analysis.study import Study
+from sdh_sim.analysis.trial_tables import SURPLUS
+from sdh_sim.records.schema import NO_TRUTH
+from sdh_sim.report import html
+from sdh_sim.report.html import Cell, Section
+
+SHOWN = 8
+_BOUNDS = {
+    "q_linf": ("q", "linf", "hf"),
+    "q_l1": ("q", "l1", "hf"),
+    "q_capability": ("capability", "", ""),
+    "q_held": ("held", "", ""),
+    "q_whole_hand": ("whole", "", ""),
+}
+Row = dict[str, Any]
+
+
+def load_section(
+    study: Study, rows: Sequence[Row], values: dict[Variant, np.ndarray], pads: str
+) -> Section:
+    """Ratio by circumstance, and the grasps with the largest misses."""
+    q = {
+        name: values[Variant(kind, bound, 12, augment, True, pads)]
+        for name, (kind, bound, augment) in _BOUNDS.items()
+    }
+    tested = [
+        k
+        for k, row in enumerate(rows)
+        if row.get("q_sim") is not None and row["failure"] not in NO_TRUTH and not row.get(SURPLUS)
+    ]
+    return Section(
+        "Why the bounds miss",
+        (by_circumstance(rows, q, tested), *worst(rows, q["q_linf"], tested)),
+    )
+
+
+def circumstances() -> list[tuple[str, Callable[[Row], bool]]]:
+    """Ways to divide the trials, by what is known of them."""
+    return [
+        ("all", lambda row: True),
+        ("held in the lift", lambda row: bool(row["success"])),
+        ("did not hold", lambda row: not row["success"]),
+        ("pads see every contact", lambda row: not row.get("unsensed_contact")),
+        ("others bear load too", lambda row: bool(row.get("unsensed_contact"))),
+        ("both: held, pads see all",
+         lambda row: row["success"] and not row.get("unsensed_contact")),
+        ("side grasps", lambda row: row.get("approach") == "side"),
+        ("top grasps", lambda row: row.get("approach") == "top"),
+    ]  # fmt: skip
+
+
+def by_circumstance(rows: Sequence[Row], q: dict[str, np.ndarray], tested: Sequence[int]) -> str:
+    """Median and spread of q*/q_sim of every bound in some parts of the trials."""
+    lines = []
+    for text, belongs in circumstances():
+        part = [k for k in tested if belongs(rows[k])]
+        cells: list[str | Cell] = [text, str(len(part))]
+        for scores in q.values():
+            logs = [
+                math.log(scores[k] / rows[k]["q_sim"])
+                for k in part
+                if scores[k] > 0 and rows[k]["q_sim"] > 0 and not rows[k]["q_sim_capped"]
+            ]
+            if not logs:
+                cells.append(html.DASH)
+                continue
+            low, middle, high = np.exp(np.quantile(logs, [0.16, 0.5, 0.84]))
+            cells.append(Cell(f"{middle:.2f}", f"{low:.2f}–{high:.2f}"))
+        lines.append(cells)
+    return html.table(
+        "Median of q*/q_sim (in brackets the 16 % and 84 % quantiles) where both are above 0, in "
+        "parts of the trials.",
+        ["trials", "n", *(NAMES[name] for name in q)],
+        lines,
+    )
+
+
+def worst(rows: Sequence[Row], q: np.ndarray, tested: Sequence[int]) -> list[str]:
+    """Trials that L-infinity over- and underestimates most, and those it promised that fell."""
+
+    def ratio(k: int) -> float:
+        return q[k] / rows[k]["q_sim"]
+
+    defined = [k for k in tested if q[k] > 0 and rows[k]["q_sim"] > 0]
+    lost = [k for k in tested if q[k] > 0 and not rows[k]["q_sim"] > 0]
+    unseen = [k for k in tested if q[k] <= 0 and rows[k]["q_sim"] > 0]
+    picks = (
+        ("most overestimated", sorted(defined, key=ratio, reverse=True)),
+        ("most underestimated", sorted(defined, key=ratio)),
+        ("promised most, held nothing", sorted(lost, key=lambda k: q[k], reverse=True)),
+        ("promised nothing, held most",
+         sorted(unseen, key=lambda k: rows[k]["q_sim"], reverse=True)),
+    )  # fmt: skip
+    found = []
+    for text, chosen in picks:
+        if not chosen:
+            continue
+        lines = [_describe(rows[k], float(q[k])) for k in chosen[:SHOWN]]
+        found.append(
+            html.table(
+                f"Grasps that L∞ {text}" if text.startswith("most") else f"L∞ {text}",
+                ["object", "trial", "seed", "q* L∞", "q_sim", "failure", "pads", "unseen force"],
+                lines,
+                text=(0, 5),
+            )
+        )
+    return found
+
+
+def _describe(row: Row, q: float) -> list[str]:
+    sensed, unsensed = row.get("sensed_force_n") or 0.0, row.get("unsensed_force_n") or 0.0
+    share = unsensed / (sensed + unsensed) if sensed + unsensed > 0 else 0.0
+    pads = sum(
+        int((np.asarray(pad) > 0).any())
+        for kind in ("tactile_proximal", "tactile_distal")
+        if row.get(kind) is not None
+        for pad in row[kind]
+    )
+    return [
+        html.name(row["object"]),
+        str(row["trial"]),
+        str(row["seed"]),
+        f"{q:.2f}",
+        f"{row['q_sim']:.2f}",
+        row["failure"].replace("_", " "),
+        str(pads),
+        f"{100 * share:.0f} %",
+    ]

@@ -1,0 +1,175 @@
+"""Checks of the pads' rubber: stiffness of a taxel, patch and pressure of a ball, modulus, recoil.
+
+A pad is an elastic foundation (Winkler bed) of modulus k = E / thickness [N/m³]: a ball of radius
+r pressed by F sinks by δ = (F / (π k r))^½ over a patch of area 2 π r δ, with the peak pressure
+k δ. Taxels are spheres of radius R whose apexes lie on the pad, so what the bed meets is a ball
+of radius r + R.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from experiments.validation.forces import from_limits
+from experiments.validation.friction import PLATE, clamp
+from experiments.validation.result_rows import Result, Row
+from experiments.validation.rig_readings import advance, imprint, pressed
+from experiments.validation.rigs import (
+    HONEST,
+    TAXEL_RADIUS,
+    THING_MASS,
+    Shape,
+    Spoil,
+    bench,
+    settings_for,
+)
+from sdh_sim.cell.scene import PAD_IMPEDANCE, taxel_stiffness
+from sdh_sim.robot import sdh2_constants as c
+
+PAD = "finger1_proximal"
+CELL = c.TAXEL_PITCH**2
+TOUCHED = 1e-6  # [N] on a taxel that counts as touched
+
+
+def bed(force: float, radius: float, modulus: float = 1e6) -> tuple[float, float, float]:
+    """Sinking [m], patch area [m²] and peak pressure [Pa] of a ball on an elastic foundation."""
+    k = modulus / settings_for().pad_thickness
+    depth = math.sqrt(force / (math.pi * k * radius))
+    return depth, 2.0 * math.pi * radius * depth, k * depth
+
+
+def counting_error(area: float, offsets: int) -> float:
+    """Three times the rms share by which counted cells miss a disc's area.
+
+    Points of a square lattice in a disc of radius ρ lattice constants number π ρ² with an rms
+    error of 0.82 ρ^½; ``offsets`` places of the disc along each side of a cell refine the lattice
+    by that factor.
+    """
+    rho = offsets * math.sqrt(area / math.pi) / c.TAXEL_PITCH
+    return 3.0 * 0.82 * math.sqrt(rho) / (math.pi * rho**2)
+
+
+def plate(short: bool = False, spoil: Spoil = HONEST) -> Result:
+    """A plate over a whole proximal pad: sinks by F / (84 K), all taxels alike, nothing lost."""
+    rows, points = [], []
+    for force, modulus in ((10.0, 1e6),) if short else ((2.0, 1e6), (10.0, 1e6), (40.0, 5e6)):
+        settings = settings_for(modulus=modulus)
+        scene = bench(PAD, 6.5, 2.5, [PLATE], ["press"], settings, 0.5, spoil)
+        data = pressed(scene, force)
+        mark = imprint(scene, data, PAD)
+        depth = force / (84 * taxel_stiffness(settings))
+        rows += [
+            Row(f"plate, {force:g} N, {modulus / 1e6:g} MPa: sinks by", "µm", 1e6 * depth,
+                -1e6 * float(data.qpos[0]), 0.005, "exact by construction; taxels alike"),
+            Row(f"plate, {force:g} N, {modulus / 1e6:g} MPa: taxels sum to", "N", force,
+                mark.total, 0.001, "at rest; all normals are those of the plate"),
+        ]  # fmt: skip
+        points.append((force, depth, -float(data.qpos[0])))
+    return Result(tuple(rows), {"points": np.array(points)})
+
+
+def _balls(
+    radius: float, force: float, modulus: float, offsets: int, spoil: Spoil
+) -> tuple[float, float, np.ndarray, np.ndarray]:
+    """A ball pressed at several places within a cell.
+
+    The mean over places measures the area finer than one cell; the peak is that of a ball right
+    over a taxel.
+
+    Returns:
+        Mean patch area [m²]; peak pressure [Pa]; distance from the ball's axis [m] and pressure
+        [Pa] of every taxel touched, over all places (n, 2); the array of the last place [N].
+    """
+    settings = settings_for(modulus=modulus)
+    places = (np.arange(offsets) + 0.5) / offsets - 0.5
+    shape = Shape("sphere", (radius,), (radius, 0.0, 0.0))
+    counts, profile, peak, forces = [], [], 0.0, np.zeros(0)
+    for row, column in [*((6.5 + i, 2.5 + j) for i in places for j in places), (6.0, 2.0)]:
+        scene = bench(PAD, row, column, [shape], ["press"], settings, 0.0, spoil)
+        forces = imprint(scene, pressed(scene, force), PAD).forces
+        rows, columns = np.nonzero(forces > TOUCHED)
+        distance = c.TAXEL_PITCH * np.hypot(rows - row, columns - column)
+        profile.append(np.column_stack([distance, forces[rows, columns] / CELL]))
+        if (row, column) == (6.0, 2.0):
+            peak = float(forces.max()) / CELL
+        else:
+            counts.append(len(rows))
+    return float(np.mean(counts)) * CELL, peak, np.concatenate(profile), forces
+
+
+def ball(short: bool = False, spoil: Spoil = HONEST) -> Result:
+    """Patch area and peak pressure of a ball pressed into a flat pad."""
+    rows, curves = [], []
+    offsets = 2 if short else 4
+    for radius, force in ((0.02, 10.0),) if short else ((0.02, 10.0), (0.02, 3.0), (0.05, 10.0)):
+        area, peak, profile, forces = _balls(radius, force, 1e6, offsets, spoil)
+        name = f"ball, r {1e3 * radius:g} mm, {force:g} N"
+        _, exact_area, exact_peak = bed(force, radius + TAXEL_RADIUS)
+        _, ideal_area, ideal_peak = bed(force, radius)
+        share = math.sqrt(1.0 + TAXEL_RADIUS / radius) - 1.0
+        edge = counting_error(exact_area, offsets)
+        rows += [
+            Row(f"{name}: patch area, bed under r + R", "mm²", 1e6 * exact_area, 1e6 * area,
+                edge, f"three times the error of counting cells, {offsets} places a side"),
+            Row(f"{name}: peak pressure, bed under r + R", "kPa", 1e-3 * exact_peak, 1e-3 * peak,
+                0.05, "sum over cells for an integral; outer taxels are smaller spheres"),
+            Row(f"{name}: patch area, ideal bed", "mm²", 1e6 * ideal_area, 1e6 * area,
+                share + edge, "taxel spheres of 13 mm: area up by (1 + R/r)^½", judged=False),
+            Row(f"{name}: peak pressure, ideal bed", "kPa", 1e-3 * ideal_peak, 1e-3 * peak,
+                share / (1.0 + share) + 0.05, "peak down by (1 + R/r)^½", judged=False),
+        ]  # fmt: skip
+        curves.append((radius, force, profile, forces))
+    return Result(tuple(rows), {"balls": curves})
+
+
+def modulus(short: bool = False, spoil: Spoil = HONEST) -> Result:
+    """Softer rubber: patch area grows as E^-½, the force that motors can hold does not change."""
+    rows, curves = [], []
+    moduli = (0.5e6, 4e6) if short else (0.25e6, 0.5e6, 1e6, 2e6, 4e6)
+    offsets, radius, force = 2 if short else 4, 0.04, 10.0
+    areas = [_balls(radius, force, e, offsets, spoil)[0] for e in moduli]
+    torque = 1.6401
+    held = [from_limits(*clamp((torque, 1.0934), spoil, modulus=e), torque) for e in moduli]
+    exact = [bed(force, radius + TAXEL_RADIUS, e)[1] for e in (moduli[0], moduli[-1])]
+    limit = math.hypot(*(counting_error(area, offsets) for area in exact))
+    rows.append(Row(
+        f"patch at {moduli[0] / 1e6:g} MPa over that at {moduli[-1] / 1e6:g} MPa", "",
+        math.sqrt(moduli[-1] / moduli[0]), areas[0] / areas[-1], limit,
+        "three times the error of counting cells in either patch",
+    ))  # fmt: skip
+    for e, area, (predicted, total) in zip(moduli, areas, held, strict=True):
+        rows.append(Row(
+            f"held force at {e / 1e6:g} MPa", "N", predicted, total, 0.01,
+            "τ̄ over the lever; centre of pressure to 1 mm on a lever of 113 mm",
+        ))  # fmt: skip
+        curves.append((e, area, predicted, total))
+    return Result(tuple(rows), {"points": np.array(curves), "radius": radius, "force": force})
+
+
+def recoil(short: bool = False, spoil: Spoil = HONEST) -> Result:
+    """A pressed plate let go: how fast the pad throws it off.
+
+    A contact of solref (-k, -2 k^½) moves a light thing as a critically damped spring of rate k^½:
+    let go at a depth δ it leaves at δ k^½ / e. Rubber would be far faster, (84 K / m)^½ instead of
+    k^½; of the energy stored the pad gives back next to nothing, so it cannot kick an object.
+    """
+    scene = bench(PAD, 6.5, 2.5, [PLATE], ["press"], settings_for(), 0.5, spoil)
+    force, settings = 20.0, scene.settings
+    data = pressed(scene, force)
+    data.qfrc_applied[0] = 0.0
+    advance(scene, data, 1.0)
+    speed = float(data.qvel[0])
+    stiffness = taxel_stiffness(settings)
+    depth = force / (84 * stiffness)
+    a = scene.model.body_invweight0[scene.object, 0]
+    rate = math.sqrt(stiffness * (1.0 - PAD_IMPEDANCE) * a)
+    rows = (
+        Row("speed of a plate thrown off by a pad", "µm/s", 1e6 * depth * rate / math.e,
+            1e6 * speed, 1.0 - PAD_IMPEDANCE, "damping and rate are right to 1 - d"),
+        Row("energy given back of that stored", "mJ", 0.0, 5e2 * THING_MASS * speed**2,
+            math.exp(-2.0), "a critically damped spring gives back e^-2 at most",
+            scale=5e2 * force * depth),
+    )  # fmt: skip
+    return Result(rows)

@@ -1,0 +1,244 @@
+"""Rigs for the validation: the real SDH-2 with its real pads, and simple things to press on them.
+
+A rig is the project's hand, its taxels made rubber by the same function that serves the trials,
+standing palm up above the table, and one thing of simple shape. A *bench* is the hand with all its
+joints welded and a thing that slides on the normal of one pad, so that the force on the pad is
+known exactly; a *gripper* is the hand alive. World and palm frame have the same axes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextvars import ContextVar
+from dataclasses import dataclass
+from functools import cache
+
+import mujoco
+import numpy as np
+
+from sdh_sim.cell import scene as scenes
+from sdh_sim.cell.scene import Scene
+from sdh_sim.model_files import models_dir
+from sdh_sim.objects.catalogue import OBJECT
+from sdh_sim.robot import sdh2_constants as c
+from sdh_sim.robot.hand import HAND, MOTOR_NAMES, HandKinematics, torque_limits
+from sdh_sim.settings import PAPER_TORQUE_LIMIT, TrialSettings
+
+HAND_PLACE = np.array([0.45, 0.0, 0.4])  # of the hand's mount in the world [m]
+PALM = HAND_PLACE + np.array([0.0, 0.0, c.MOUNT_HEIGHT])
+GRAVITY = 9.81
+THING_MASS = 0.5  # [kg]; near that of the paper's objects
+TAXEL_RADIUS = 0.0132  # [m] of the taxels' spheres in the middle columns of a proximal pad
+
+
+@dataclass(frozen=True)
+class Spoil:
+    """What falsifies the simulated model behind a check's back; factors of 1 leave it as it is.
+
+    The checks predict from the true values, so a test can see that they fail.
+
+    Attributes:
+        stiffness: on the contact stiffness of the taxels.
+        friction: on every friction coefficient.
+        torque: on the motors' torque limits.
+        impratio: on the ratio of friction to normal impedance.
+        gravity: on the acceleration of a released thing, and on the support that the real cell
+            gives the hand's own weight.
+        creep: on the time constant of the tactile arrays' creep.
+        implicit: take damping implicitly, behind the contact solver's back.
+    """
+
+    stiffness: float = 1.0
+    friction: float = 1.0
+    torque: float = 1.0
+    impratio: float = 1.0
+    gravity: float = 1.0
+    creep: float = 1.0
+    implicit: bool = False
+
+
+HONEST = Spoil()
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A geom of the thing, in the thing's frame.
+
+    Attributes:
+        kind: ``box``, ``sphere`` or ``cylinder``.
+        size: as in MJCF [m].
+        pos: centre [m].
+        axis: of a cylinder.
+    """
+
+    kind: str
+    size: Sequence[float]
+    pos: Sequence[float] = (0.0, 0.0, 0.0)
+    axis: Sequence[float] = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Position (3,) [m] and rotation (3, 3) in the palm frame."""
+
+    position: np.ndarray
+    rotation: np.ndarray
+
+    def world(self) -> np.ndarray:
+        """The position in the world (3,) [m]."""
+        return PALM + self.position
+
+
+@cache
+def kinematics() -> HandKinematics:
+    """The hand's kinematics, one for all checks; callers set its posture first."""
+    return HandKinematics()
+
+
+def pad_frame(body: str, row: float, column: float, angles: np.ndarray | None = None) -> Frame:
+    """Frame on a pad: x out of it, y across the finger, at motor angles (7,) [rad] (default 0)."""
+    hand = kinematics()
+    hand.pose(np.zeros(7) if angles is None else angles)
+    position, rotation = hand.link(body)
+    point, normal = c.pad_surface(body.rsplit("_", 1)[1], row, column)
+    across = np.array([0.0, 1.0, 0.0])
+    axes = np.column_stack([normal, across, np.cross(normal, across)])
+    return Frame(position + rotation @ point, rotation @ axes)
+
+
+def bench(
+    body: str, row: float, column: float, shapes: Sequence[Shape], joints: Sequence[str],
+    settings: TrialSettings, friction: float, spoil: Spoil = HONEST,
+) -> Scene:  # fmt: skip
+    """The hand welded, a thing that moves in the frame of a pad at (row, column).
+
+    Args:
+        body: link that carries the pad, such as ``finger1_proximal``.
+        row, column: where on the pad the thing's frame lies (x out of the pad, y across).
+        shapes: of the thing; it should touch the pad at the origin of its frame.
+        joints: ``press`` slides along x, ``pull`` along y, ``draw`` along z, ``twist`` turns
+            about x; the thing keeps those only, in this order.
+        settings: rubber and time step.
+        friction: between pads and thing.
+        spoil: falsification, for tests.
+
+    Of the hand, only that link can touch the thing.
+    """
+    spec = _hand_spec(settings)
+    for item in [*spec.actuators, *spec.equalities, *spec.joints]:
+        spec.delete(item)
+    thing = _thing(spec, pad_frame(body, row, column), shapes)
+    axes = {"press": (1, 0, 0), "pull": (0, 1, 0), "draw": (0, 0, 1), "twist": (1, 0, 0)}
+    for name in joints:
+        kind = mujoco.mjtJoint.mjJNT_HINGE if name == "twist" else mujoco.mjtJoint.mjJNT_SLIDE
+        thing.add_joint(name=name, type=kind, axis=axes[name])
+    scene = _scene(spec, settings, friction, spoil)
+    link = scene.model.body(HAND + body).id
+    idle = (scene.model.geom_bodyid != link) & (scene.model.geom_bodyid != scene.object)
+    scene.model.geom_contype[idle] = scene.model.geom_conaffinity[idle] = 0
+    return scene
+
+
+def gripper(
+    place: Frame, shapes: Sequence[Shape], free: bool, settings: TrialSettings, friction: float,
+    spoil: Spoil = HONEST, inertia: Sequence[float] = (1e-3, 1e-3, 1e-3),
+) -> Scene:  # fmt: skip
+    """The live hand and a thing, fixed in the world or free, at a place in the palm frame."""
+    spec = _hand_spec(settings)
+    for name, limit in zip(MOTOR_NAMES, torque_limits(settings.torque_limit), strict=True):
+        spec.actuator(HAND + name).forcerange = [-limit * spoil.torque, limit * spoil.torque]
+    thing = _thing(spec, place, shapes, inertia)
+    if free:
+        thing.add_freejoint(name="free")
+    return _scene(spec, settings, friction, spoil)
+
+
+timestep_in_use: ContextVar[float] = ContextVar("timestep_in_use", default=0.002)
+"""Time step [s] of the checks that do not choose their own."""
+
+
+def settings_for(
+    timestep: float | None = None, modulus: float = 1e6,
+    torque_limit: tuple[float, float] = PAPER_TORQUE_LIMIT,
+) -> TrialSettings:  # fmt: skip
+    """Trial settings of a rig; the object they name stands for the rig's own thing."""
+    return TrialSettings(
+        "box", timestep=timestep or timestep_in_use.get(), pad_modulus=modulus,
+        torque_limit=torque_limit, sensor="ideal",
+    )  # fmt: skip
+
+
+def _hand_spec(settings: TrialSettings) -> mujoco.MjSpec:
+    """Table and hand; the options are those of the cell."""
+    spec = mujoco.MjSpec.from_file(str(models_dir() / "cell" / "cell.xml"))
+    hand = mujoco.MjSpec.from_file(str(models_dir() / "schunk_sdh2" / "sdh2.xml"))
+    spec.attach(hand, prefix=HAND, frame=spec.worldbody.add_frame(pos=HAND_PLACE))
+    for body in spec.bodies:
+        if body.name.startswith(HAND):
+            body.gravcomp = 1.0
+    spec.option.timestep = settings.timestep
+    spec.option.gravity = [0.0, 0.0, 0.0]
+    return spec
+
+
+def _thing(
+    spec: mujoco.MjSpec, place: Frame, shapes: Sequence[Shape],
+    inertia: Sequence[float] = (1e-3, 1e-3, 1e-3),
+) -> mujoco.MjsBody:  # fmt: skip
+    quat = np.empty(4)
+    mujoco.mju_mat2Quat(quat, place.rotation.ravel())
+    body = spec.worldbody.add_body(name=f"{OBJECT}object", pos=place.world(), quat=quat)
+    body.explicitinertial = True
+    body.mass, body.inertia, body.ipos = THING_MASS, inertia, (0.0, 0.0, 0.0)
+    kinds = {
+        "box": mujoco.mjtGeom.mjGEOM_BOX,
+        "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
+        "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
+    }
+    for shape in shapes:
+        size = np.zeros(3)
+        size[: len(shape.size)] = shape.size
+        turn = np.empty(4)
+        mujoco.mju_quatZ2Vec(turn, np.asarray(shape.axis, dtype=float))
+        body.add_geom(
+            type=kinds[shape.kind], size=size, pos=shape.pos, quat=turn, contype=1,
+            conaffinity=15, condim=3, density=0.0,
+        )  # fmt: skip
+    return body
+
+
+def _scene(spec: mujoco.MjSpec, settings: TrialSettings, friction: float, spoil: Spoil) -> Scene:
+    """Compile, and give the pads their rubber by the scene's own function."""
+    model = spec.compile()
+    joints = {model.joint(k).name for k in range(model.njnt)}
+    alive = [HAND + name for name in MOTOR_NAMES if HAND + name in joints]
+    thing = model.body(f"{OBJECT}object").id
+    moves = model.body_jntnum[thing] > 0
+    first = model.joint(int(model.body_jntadr[thing])) if moves else None
+    none = np.empty(0, dtype=np.int64)
+    scene = Scene(
+        model=model,
+        settings=settings,
+        motors=np.array([model.actuator(name).id for name in alive], dtype=np.int64),
+        motor_qpos=np.array([model.joint(n).qposadr[0] for n in alive], dtype=np.int64),
+        motor_dof=np.array([model.joint(n).dofadr[0] for n in alive], dtype=np.int64),
+        coupled_qpos=int(model.joint(HAND + c.COUPLED_JOINT).qposadr[0]) if alive else -1,
+        arm_motors=none, arm_qpos=none, arm_dof=none, arm_speed_limit=none,
+        palm=model.body(f"{HAND}palm").id,
+        object=thing,
+        object_qpos=int(first.qposadr[0]) if first is not None else -1,
+        object_dof=int(first.dofadr[0]) if first is not None else -1,
+        table=model.geom("table").id,
+        taxel=scenes.taxel_index(model),
+        geom_group=scenes.geom_groups(model),
+    )  # fmt: skip
+    scenes.set_contacts(scene)
+    model.geom_solref[scene.taxel >= 0] *= (spoil.stiffness, np.sqrt(spoil.stiffness))
+    model.opt.impratio *= spoil.impratio
+    set_friction(scene, friction * spoil.friction)
+    return scene
+
+
+def set_friction(scene: Scene, friction: float) -> None:
+    """Sliding friction of everything that can touch the thing."""
+    scene.model.geom_friction[:, 0] = friction

@@ -1,0 +1,265 @@
+"""Predicted against simulated success: what a threshold on q* gets right, and how well q* ranks.
+
+A grasp is predicted to succeed when q* > 1, as section IV-B of the paper does. Trials that ended
+as ``unstable_simulation`` or ``error`` have no truth to compare with: they are left out and
+counted. A trial without q* (no pad had a reading, or no solution was found) counts as q* = 0, a
+predicted failure: a predictor that sees nothing promises nothing, and leaving such trials out
+would flatter it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pyarrow as pa
+
+from sdh_sim import records
+from sdh_sim.analysis.proportion import Rate
+from sdh_sim.analysis.resampling import RESAMPLES, Ladder, interval, stratified_weights
+from sdh_sim.analysis.trial_tables import COMPARED, groups_of, unstable_of, without_surplus
+from sdh_sim.records.user_columns import METRIC, is_metric
+
+METRICS = COMPARED
+ALL_METRICS = (
+    *METRICS,
+    *("q_capability", "q_held", "q_whole_hand"),
+    *("epsilon_linf", "epsilon_l1", "volume_linf", "volume_l1"),
+)
+NAMES = {
+    "q_linf": "q* L∞",
+    "q_l1": "q* L1",
+    "q_capability": "q* capability",
+    "q_held": "q* held",
+    "q_whole_hand": "q* whole hand",
+    "epsilon_linf": "ε L∞",
+    "epsilon_l1": "ε L1",
+    "volume_linf": "V L∞",
+    "volume_l1": "V L1",
+}
+THRESHOLD = 1.0
+
+
+def name_of(metric: str) -> str:
+    """What a metric is called in tables: a user's by the name that the user gave it."""
+    return NAMES.get(metric) or metric.removeprefix(METRIC)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One metric against the outcomes of one group of trials.
+
+    Attributes:
+        group: object name, or ``overall``.
+        metric: column of the metric.
+        threshold: success is predicted above it; NaN where a user's metric states none.
+        tp, fp, tn, fn: trials predicted to succeed that did, did not; to fail that did, did not.
+        auc: area under the ROC curve, None where one class is empty.
+        auc_interval: its 95 % bootstrap interval, or None.
+        missing: trials without the metric: of V left out, of others counted as 0.
+        unstable: trials left out because the simulation was unstable or broke off.
+    """
+
+    group: str
+    metric: str
+    threshold: float
+    tp: int
+    fp: int
+    tn: int
+    fn: int
+    auc: float | None
+    auc_interval: tuple[float, float] | None
+    missing: int
+    unstable: int
+
+    @property
+    def n(self) -> int:
+        """Trials compared."""
+        return self.tp + self.fp + self.tn + self.fn
+
+    @property
+    def success(self) -> Rate:
+        """Share of trials that succeeded."""
+        return Rate(self.tp + self.fn, self.n)
+
+    @property
+    def accuracy(self) -> Rate:
+        """Share of trials predicted rightly."""
+        return Rate(self.tp + self.tn, self.n)
+
+    @property
+    def true_positive_rate(self) -> Rate:
+        """Share of the successes that were predicted."""
+        return Rate(self.tp, self.tp + self.fn)
+
+    @property
+    def false_positive_rate(self) -> Rate:
+        """Share of the failures that were predicted to succeed."""
+        return Rate(self.fp, self.fp + self.tn)
+
+    @property
+    def true_negative_rate(self) -> Rate:
+        """Share of the failures that were predicted to fail."""
+        return Rate(self.tn, self.fp + self.tn)
+
+    @property
+    def has_boundary(self) -> bool:
+        """Whether the threshold means something for the metric.
+
+        It does for q*, a number of weights, and for a user's metric that states one. ε and V have
+        units; for them no value is a boundary between holding and not.
+        """
+        if is_metric(self.metric):
+            return not math.isnan(self.threshold)
+        return self.metric.startswith("q_")
+
+
+def auc(scores: np.ndarray, success: np.ndarray) -> float | None:
+    """Area under the ROC curve: P(score of a success > of a failure) + P(equal) / 2.
+
+    Args:
+        scores: (n,) any real numbers, infinities included.
+        success: (n,) bool.
+
+    Returns:
+        Mann-Whitney U over the number of pairs; None where one class is empty.
+    """
+    good, bad = scores[success], scores[~success]
+    if not len(good) or not len(bad):
+        return None
+    order = np.sort(bad)
+    below = np.searchsorted(order, good, side="left") + np.searchsorted(order, good, side="right")
+    return float(below.mean() / (2 * len(bad)))
+
+
+def auc_interval(
+    scores: np.ndarray,
+    success: np.ndarray,
+    rng: np.random.Generator,
+    resamples: int = RESAMPLES,
+) -> tuple[float, float] | None:
+    """95 % percentile bootstrap of the area under the curve, each class resampled by itself.
+
+    None where a class has fewer than two members: resampling one grasp says nothing.
+    """
+    if success.sum() < 2 or (~success).sum() < 2:
+        return None
+    ladder = Ladder.of(scores, success)
+    blocks = stratified_weights(success, rng, resamples)
+    return interval(np.concatenate([ladder.roc_areas(weights) for weights in blocks]))
+
+
+def compare_scores(
+    scores: np.ndarray,
+    success: np.ndarray,
+    *,
+    group: str = "overall",
+    metric: str = "q_linf",
+    threshold: float = THRESHOLD,
+    unstable: int = 0,
+    drop_missing: bool = False,
+) -> Comparison:
+    """Compare one metric with the outcomes.
+
+    Args:
+        scores: (n,) the metric; NaN where a trial has none, counted as 0.
+        success: (n,) bool, the outcomes.
+        group, metric, threshold, unstable: see ``Comparison``.
+        drop_missing: leave trials without the metric out instead.
+    """
+    success = np.asarray(success, dtype=bool)
+    scores = np.asarray(scores, dtype=float)
+    if scores.shape != success.shape or scores.ndim != 1:
+        raise ValueError(f"scores {scores.shape} and success {success.shape} must be (n,) both")
+    missing = np.isnan(scores)
+    if drop_missing:
+        scores, success = scores[~missing], success[~missing]
+    scores = np.nan_to_num(scores, nan=0.0, posinf=np.inf, neginf=-np.inf)
+    predicted = scores > threshold
+    return Comparison(
+        group=group,
+        metric=metric,
+        threshold=threshold,
+        tp=int(np.sum(predicted & success)),
+        fp=int(np.sum(predicted & ~success)),
+        tn=int(np.sum(~predicted & ~success)),
+        fn=int(np.sum(~predicted & success)),
+        auc=auc(scores, success),
+        # A seed of its own: the same trials give the same interval, whatever else is compared.
+        auc_interval=auc_interval(scores, success, np.random.default_rng(0)),
+        missing=int(missing.sum()),
+        unstable=unstable,
+    )
+
+
+def drops_missing(metric: str) -> bool:
+    """Whether trials without the metric are left out.
+
+    V is not computed of many contacts; a user's metric may have failed.
+    """
+    return metric.startswith("volume_") or is_metric(metric)
+
+
+def compare_table(
+    table: pa.Table,
+    metrics: Sequence[str] = METRICS,
+    thresholds: Mapping[str, float] | None = None,
+) -> list[Comparison]:
+    """Every group of a table of trials (see ``groups_of``), every metric within it.
+
+    Trials beyond their share of a preset are left out.
+
+    Args:
+        table: of trials.
+        metrics: columns.
+        thresholds: of users' metrics that state one, by column.
+    """
+    above = dict.fromkeys(metrics, THRESHOLD)
+    above |= {m: (thresholds or {}).get(m, math.nan) for m in metrics if is_metric(m)}
+    table = without_surplus(table)
+    success = np.array(table.column("success").to_pylist(), dtype=bool)
+    unstable = unstable_of(table)
+    scores = {metric: records.stack(table, metric) for metric in metrics}
+    return [
+        compare_scores(
+            scores[metric][members & ~unstable],
+            success[members & ~unstable],
+            group=group,
+            metric=metric,
+            threshold=above[metric],
+            unstable=int(np.sum(members & unstable)),
+            drop_missing=drops_missing(metric),
+        )
+        for group, members in groups_of(table).items()
+        for metric in metrics
+    ]
+
+
+CSV_HEADER = (
+    *("object", "metric", "threshold", "n", "successes", "success_share"),
+    *("accuracy", "accuracy_low", "accuracy_high"),
+    *("true_positive_rate", "tpr_low", "tpr_high"),
+    *("false_positive_rate", "fpr_low", "fpr_high"),
+    *("true_negative_rate", "tnr_low", "tnr_high"),
+    *("auc", "auc_low", "auc_high"),
+    *("tp", "fp", "tn", "fn", "missing_metric", "unstable_excluded"),
+)
+
+
+def cells(c: Comparison) -> list[object]:
+    """The comparison in the order of ``CSV_HEADER``; what is undefined is None."""
+    threshold = c.threshold if c.has_boundary else None
+    found: list[object] = [c.group, c.metric, threshold, c.n, c.success.k, c.success.value]
+    rates = (c.accuracy, c.true_positive_rate, c.false_positive_rate, c.true_negative_rate)
+    for rate in rates if c.has_boundary else (Rate(0, 0),) * len(rates):
+        found += [rate.value, *(rate.interval or (None, None))]
+    found += [c.auc, *(c.auc_interval or (None, None))]
+    found += [c.tp, c.fp, c.tn, c.fn] if c.has_boundary else [None] * 4
+    return [*found, c.missing, c.unstable]
+
+
+def csv_row(c: Comparison) -> list[str]:
+    """The cells as text; what is undefined is an empty cell."""
+    return ["" if cell is None else str(cell) for cell in cells(c)]

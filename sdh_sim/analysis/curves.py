@@ -1,0 +1,106 @@
+"""Receiver operating characteristic and precision-recall curves with their bootstrap bands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sdh_sim.analysis.resampling import RESAMPLES, Interval, Ladder, interval, stratified_weights
+
+GRID = np.linspace(0.0, 1.0, 101)
+GRID.setflags(write=False)
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A curve over all thresholds.
+
+    Attributes:
+        thresholds: success is predicted at this score and above it, falling (m,); +inf predicts
+            none.
+        x, y: the curve at each threshold (m,).
+        low, high: 95 % band of y over ``GRID`` (101,).
+        area: area under it.
+        area_interval: its 95 % interval.
+    """
+
+    thresholds: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    area: float
+    area_interval: Interval
+
+
+def roc(
+    scores: np.ndarray,
+    success: np.ndarray,
+    rng: np.random.Generator,
+    resamples: int = RESAMPLES,
+) -> Curve | None:
+    """True positive rate over false positive rate; None where a class has no two members.
+
+    Args:
+        scores: (n,) without NaN.
+        success: (n,) bool.
+        rng, resamples: of the bootstrap, each class by itself.
+    """
+    if success.sum() < 2 or (~success).sum() < 2:
+        return None
+    ladder = Ladder.of(scores, success)
+    x, y = ladder.roc_points()
+    bands, areas = [], []
+    for weights in stratified_weights(success, rng, resamples):
+        xs, ys = ladder.roc_points(weights)
+        # At a step the band takes the top of it, as the curve itself does.
+        bands.append([np.interp(GRID, _lifted(a), b) for a, b in zip(xs, ys, strict=True)])
+        areas.append(np.trapezoid(ys, xs, axis=1))
+    low, high = np.quantile(np.concatenate(bands), [0.025, 0.975], axis=0)
+    area = float(np.trapezoid(y[0], x[0]))
+    thresholds = np.concatenate(([np.inf], ladder.levels))
+    return Curve(thresholds, x[0], y[0], low, high, area, interval(np.concatenate(areas)))
+
+
+def _lifted(x: np.ndarray) -> np.ndarray:
+    """Nondecreasing abscissae made rising by a hair, each run ending on its own value."""
+    return x - np.arange(len(x))[::-1] * 1e-12
+
+
+def precision_recall(
+    scores: np.ndarray,
+    success: np.ndarray,
+    rng: np.random.Generator,
+    resamples: int = RESAMPLES,
+) -> Curve | None:
+    """Precision over recall; the area is the average precision Σ (R_k - R_{k-1}) P_k.
+
+    Arguments as ``roc``; None where there is no success or only one.
+    """
+    if success.sum() < 2:
+        return None
+    ladder = Ladder.of(scores, success)
+    x, y = _precision(*ladder.counts())
+    bands, areas = [], []
+    for weights in stratified_weights(success, rng, resamples):
+        xs, ys = _precision(*ladder.counts(weights))
+        for recall, precision in zip(xs, ys, strict=True):
+            # The precision paid for a recall is that of the first threshold that reaches it.
+            first = np.searchsorted(recall, GRID - 1e-12)
+            bands.append(precision[np.minimum(first, len(recall) - 1)])
+        areas.append(_average_precision(xs, ys))
+    low, high = np.quantile(np.array(bands), [0.025, 0.975], axis=0)
+    area = float(_average_precision(x, y)[0])
+    return Curve(ladder.levels, x[0], y[0], low, high, area, interval(np.concatenate(areas)))
+
+
+def _precision(good: np.ndarray, bad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    drawn = good + bad
+    # A level none of whose trials was drawn, at the very top: nothing is predicted, wrongly
+    # neither.
+    return good / good[:, -1:], np.where(drawn > 0, good / np.maximum(drawn, 1), 1.0)
+
+
+def _average_precision(recall: np.ndarray, precision: np.ndarray) -> np.ndarray:
+    return (np.diff(recall, axis=1, prepend=0.0) * precision).sum(axis=1)

@@ -1,0 +1,236 @@
+"""Everything a comparison says about some trials: the numbers behind the report's every figure."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+
+from sdh_sim import records
+from sdh_sim.analysis import comparison as compare
+from sdh_sim.analysis import trial_tables
+from sdh_sim.analysis.comparison import METRICS, THRESHOLD, Comparison
+from sdh_sim.analysis.curves import Curve, precision_recall, roc
+from sdh_sim.analysis.load_agreement import Agreement, agree
+from sdh_sim.analysis.paired_metrics import Paired, compare_pair
+from sdh_sim.analysis.resampling import RESAMPLES
+from sdh_sim.analysis.thresholds import (
+    Calibration,
+    CrossValidated,
+    assign_folds,
+    calibrate,
+    cross_validate,
+)
+
+LOAD = ("q_sim", "q_sim_capped")
+EVERY, SEEN = "all", "no unseen contact"  # subsets of the load test's trials
+
+
+@dataclass(frozen=True)
+class Scored:
+    """One metric on one group of trials, ready for statistics.
+
+    Attributes:
+        scores: (n,) without NaN.
+        success: (n,) bool.
+        fold: (n,) fold of each trial.
+    """
+
+    scores: np.ndarray
+    success: np.ndarray
+    fold: np.ndarray
+
+    @property
+    def two_sided(self) -> bool:
+        """Whether both outcomes occur at least twice: fewer say nothing of a boundary."""
+        return bool(self.success.sum() >= 2 and (~self.success).sum() >= 2)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One metric on one group.
+
+    Attributes:
+        comparison: what the threshold 1 gets right, and the area under the ROC curve.
+        scored: the trials.
+        roc, precision_recall: None where an outcome is too rare.
+        best: threshold chosen by cross-validation, or None.
+        calibration: threshold against desired false positive rate, or None.
+    """
+
+    comparison: Comparison
+    scored: Scored
+    roc: Curve | None
+    precision_recall: Curve | None
+    best: CrossValidated | None
+    calibration: Calibration | None
+
+
+@dataclass(frozen=True)
+class Study:
+    """What is known of the trials of some runs.
+
+    Attributes:
+        metrics: columns compared.
+        groups: object names in order, ``overall`` last where there is more than one object.
+        findings: by group and metric.
+        paired: L-infinity against L1 at threshold 1, by group.
+        agreement: q* against q_sim by group, metric and subset; empty without load tests.
+        load: by metric, q* and q_sim and whether capped and whether a contact was unseen, each
+            (n,), of the last group; empty without load tests.
+        surplus: trials left out because they exceed their object's share.
+        tables: number of trials read.
+    """
+
+    metrics: tuple[str, ...]
+    groups: tuple[str, ...]
+    findings: dict[tuple[str, str], Finding]
+    paired: dict[str, Paired]
+    agreement: dict[tuple[str, str, str], Agreement]
+    load: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]
+    surplus: int
+    tables: int
+
+    @property
+    def main(self) -> str:
+        """The group of all trials."""
+        return self.groups[-1]
+
+    @property
+    def comparisons(self) -> list[Comparison]:
+        """Every comparison, group by group."""
+        return [self.findings[g, m].comparison for g in self.groups for m in self.metrics]
+
+
+def read_study(
+    paths: Sequence[Path],
+    metrics: Sequence[str] = METRICS,
+    resamples: int = RESAMPLES,
+) -> Study:
+    """The study of tables of trials; metrics that a table lacks are left out.
+
+    Users' metrics that all tables have come last.
+
+    Raises:
+        RecordError: a file is no table of trials.
+    """
+    own = trial_tables.user_metrics(paths)
+    extra = trial_tables.columns_of(paths, (*metrics, *own, *LOAD, "unsensed_contact"))
+    table = trial_tables.read_trials(paths, extra)
+    wanted = tuple(m for m in (*metrics, *own) if m in table.column_names)
+    thresholds = {name: value for name, value in own.items() if value is not None}
+    return study_of(table, wanted, resamples, thresholds)
+
+
+def study_of(
+    table: pa.Table,
+    metrics: Sequence[str] = METRICS,
+    resamples: int = RESAMPLES,
+    thresholds: Mapping[str, float] | None = None,
+) -> Study:
+    """The study of one table that has the columns ``read_trials`` asks for.
+
+    The same trials give the same numbers whatever else is compared: every bootstrap and every
+    division into folds starts from a seed of its own.
+    """
+    read = table.num_rows
+    table = trial_tables.without_surplus(table)
+    groups = trial_tables.groups_of(table)
+    compared = compare.compare_table(table, metrics, thresholds)
+    comparisons = {(c.group, c.metric): c for c in compared}
+    usable = ~trial_tables.unstable_of(table)
+    success = np.array(table.column("success").to_pylist(), dtype=bool)
+    fold = np.full(len(success), -1)
+    fold[usable] = stratified_folds(table.filter(pa.array(usable)))
+    columns = {metric: records.stack(table, metric) for metric in metrics}
+    findings, paired = {}, {}
+    for group, members in groups.items():
+        for metric in metrics:
+            keep = members & usable
+            if compare.drops_missing(metric):
+                keep = keep & ~np.isnan(columns[metric])
+            scored = Scored(_filled(columns[metric])[keep], success[keep], fold[keep])
+            findings[group, metric] = _finding(comparisons[group, metric], scored, resamples)
+        first, second = (findings[group, m].scored for m in METRICS)
+        paired[group] = compare_pair(
+            first.scores, second.scores, first.success, THRESHOLD, seeded("paired"), resamples
+        )
+    agreement, load = _load(table, groups, metrics, columns, usable, resamples)
+    return Study(
+        metrics=tuple(metrics),
+        groups=tuple(groups),
+        findings=findings,
+        paired=paired,
+        agreement=agreement,
+        load=load,
+        surplus=read - table.num_rows,
+        tables=read,
+    )
+
+
+def _finding(comparison: Comparison, scored: Scored, resamples: int) -> Finding:
+    scores, success, fold = scored.scores, scored.success, scored.fold
+    # The seed 0 of the comparison's own interval: figure and table show the same one.
+    return Finding(
+        comparison=comparison,
+        scored=scored,
+        roc=roc(scores, success, np.random.default_rng(0), resamples),
+        precision_recall=precision_recall(scores, success, np.random.default_rng(0), resamples),
+        best=cross_validate(scores, success, fold) if scored.two_sided else None,
+        calibration=calibrate(scores, success, fold, seeded("calibration"), resamples),
+    )
+
+
+def _load(
+    table: pa.Table,
+    groups: dict[str, np.ndarray],
+    metrics: Sequence[str],
+    columns: dict[str, np.ndarray],
+    usable: np.ndarray,
+    resamples: int,
+) -> tuple[dict, dict]:
+    if not all(name in table.column_names for name in LOAD):
+        return {}, {}
+    q_sim = records.stack(table, "q_sim")
+    capped = _flags(table.column("q_sim_capped"))
+    unseen = np.zeros(len(q_sim), dtype=bool)
+    if "unsensed_contact" in table.column_names:
+        unseen = _flags(table.column("unsensed_contact"))
+    tested = usable & ~np.isnan(q_sim)
+    if not tested.any():
+        return {}, {}
+    agreement, load = {}, {}
+    for metric in (m for m in metrics if m.startswith("q_")):
+        q = _filled(columns[metric])
+        load[metric] = (q[tested], q_sim[tested], capped[tested], unseen[tested])
+        for group, members in groups.items():
+            for subset, part in ((EVERY, tested), (SEEN, tested & ~unseen)):
+                keep = members & part
+                agreement[group, metric, subset] = agree(
+                    q[keep], q_sim[keep], capped[keep], seeded("agreement"), resamples
+                )
+    return agreement, load
+
+
+def stratified_folds(table: pa.Table) -> np.ndarray:
+    """Fold of every trial (n,), stratified by object and outcome; the same for every metric."""
+    names, success = table.column("object").to_pylist(), table.column("success").to_pylist()
+    strata = np.array([f"{n} {s}" for n, s in zip(names, success, strict=True)], dtype=object)
+    return assign_folds(strata, seeded("folds"))
+
+
+def seeded(purpose: str) -> np.random.Generator:
+    """The random stream of a purpose, always the same."""
+    return np.random.default_rng(zlib.crc32(purpose.encode()))
+
+
+def _filled(scores: np.ndarray) -> np.ndarray:
+    return np.where(np.isnan(scores), 0.0, scores)
+
+
+def _flags(column: pa.ChunkedArray) -> np.ndarray:
+    return np.array([bool(value) for value in column.to_pylist()], dtype=bool)

@@ -1,0 +1,222 @@
+"""Trials on a Dask cluster: one that is running somewhere, or one started on this machine.
+
+Dask is the extra ``distributed``. A Dask worker does not run trials itself but in processes of its
+own (``sdh_sim.processes``), one per thread: a trial that kills its process is told from its
+neighbours, as it is without Dask, and the worker stays. Where a worker goes away (its machine
+does), Dask runs its trials elsewhere.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import importlib
+import importlib.util
+import logging
+import multiprocessing
+import queue
+import threading
+import time
+import uuid
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from sdh_sim.campaign.jobs import Done, Work
+from sdh_sim.campaign.local_processes import ProcessExecutor
+from sdh_sim.campaign.stop_signals import interrupts_held
+from sdh_sim.errors import SettingsError, WorkerDied
+from sdh_sim.runs.plan import Job
+from sdh_sim.thread_limits import limit_threads, limited_children
+
+_CONNECT = 30.0  # [s]
+_GONE = "the Dask scheduler has gone away"
+_RECOUNT = 2.0  # [s] between two looks at how many workers there are
+
+
+def check(scheduler: str | None) -> None:
+    """Raise SettingsError where Dask is not installed or the scheduler file does not exist."""
+    if importlib.util.find_spec("distributed") is None:
+        raise SettingsError(
+            "executor: dask is not installed; install it with: pip install 'sdh-sim[distributed]'"
+        )
+    if scheduler is not None and "://" not in scheduler and not Path(scheduler).is_file():
+        raise SettingsError(
+            f"scheduler: got {scheduler!r}; give an address such as tcp://host:8786 or the file "
+            "that `dask scheduler --scheduler-file` has written"
+        )
+
+
+class DaskExecutor:
+    """An ``Executor`` on a Dask cluster.
+
+    As many trials run as the cluster has worker threads, which may come and go.
+
+    Args:
+        workers: processes of a cluster on this machine.
+        work: what runs a trial.
+        scheduler: address or scheduler file of a running cluster; None starts one here.
+
+    Raises:
+        WorkerDied: the scheduler does not answer, or goes away.
+    """
+
+    def __init__(self, workers: int, work: Work, scheduler: str | None) -> None:
+        distributed: Any = importlib.import_module("distributed")
+        self._work = work
+        self._run = uuid.uuid4().hex
+        self._ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._jobs: dict[Any, Job] = {}
+        self._counted = -_RECOUNT
+        self._slots = 1
+        self._cluster: Any = None
+        try:
+            with limited_children(), interrupts_held():
+                where: dict[str, Any] = {"address": scheduler}
+                if scheduler is None:
+                    self._cluster = _local(workers)
+                    where = {"address": self._cluster}
+                elif "://" not in scheduler:
+                    where = {"scheduler_file": scheduler}
+                self._client: Any = distributed.Client(**where, timeout=_CONNECT)
+        except (OSError, TimeoutError, ValueError) as error:
+            self._close_cluster()
+            raise WorkerDied(f"the Dask scheduler {scheduler} does not answer: {error}") from error
+
+    def slots(self) -> int:
+        """Two jobs per worker thread, so that none waits for the next; at least 1.
+
+        Where there is no worker, a job waits for the first.
+        """
+        if time.monotonic() - self._counted >= _RECOUNT:
+            with _told_when_gone():
+                self._slots = max(1, 2 * sum(self._client.nthreads().values()))
+            self._counted = time.monotonic()
+        return self._slots
+
+    def submit(self, job: Job) -> None:
+        """Send the job to the scheduler."""
+        with _told_when_gone():
+            future = self._client.submit(_run, self._run, self._work, job, pure=False)
+        self._jobs[future] = job
+        future.add_done_callback(self._ended.put)
+
+    def wait(self, seconds: float) -> list[tuple[Job, Done]]:
+        """What has come back; see ``Executor``."""
+        ended: list[Any] = []
+        try:
+            ended.append(self._ended.get(timeout=max(seconds, 0.001)))
+            while True:
+                ended.append(self._ended.get_nowait())
+        except queue.Empty:
+            pass
+        with _told_when_gone():
+            good = [future for future in ended if future.status == "finished"]
+            answers = dict(zip(good, self._client.gather(good), strict=True)) if good else {}
+            return [
+                (self._jobs.pop(f), answers[f] if f in answers else self._fate(f)) for f in ended
+            ]
+
+    def _fate(self, future: Any) -> Done:
+        if future.status != "error":
+            raise WorkerDied(_GONE)
+        error = future.exception()
+        return Done(None, error=f"{type(error).__name__}: {error}".splitlines()[0])
+
+    def close(self, finished: bool) -> None:
+        """Drop what is still under way and end the trial processes."""
+        if self._client.status == "running":
+            with contextlib.suppress(Exception):  # it may go away just now; nothing is left to do
+                self._client.cancel(list(self._jobs), force=True)
+                self._client.run(_end_run, self._run, on_error="ignore")
+        with contextlib.suppress(Exception):
+            self._client.close(timeout=5.0)
+        self._close_cluster()
+
+    def _close_cluster(self) -> None:
+        if self._cluster is not None:
+            self._cluster.close(timeout=5.0)
+
+
+@contextlib.contextmanager
+def _told_when_gone() -> Iterator[None]:
+    """Whatever Dask raises inside the block (its kinds differ by version) is a lost scheduler."""
+    try:
+        yield
+    except (KeyboardInterrupt, WorkerDied):
+        raise
+    except (Exception, asyncio.CancelledError) as error:
+        raise WorkerDied(f"{_GONE} ({type(error).__name__})") from error
+
+
+def _local(workers: int) -> Any:
+    distributed: Any = importlib.import_module("distributed")
+    config: Any = importlib.import_module("dask.config")
+    # On loopback and without web pages; a daemon process may have no children.
+    with config.set({"distributed.worker.daemon": False}):
+        return distributed.LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            dashboard_address=None,
+            silence_logs=logging.CRITICAL,
+        )
+
+
+class _Trials:
+    """The trial processes of a Dask worker, of one run at a time."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._run = ""
+        self._idle: list[ProcessExecutor] = []
+
+    def __call__(self, run: str, work: Work, job: Job) -> Done:
+        limit_threads()
+        with self._lock:
+            if run != self._run:
+                self._end_idle()
+                self._run = run
+            executor = self._idle.pop() if self._idle else ProcessExecutor(1, work)
+        keep = False
+        try:
+            executor.submit(job)
+            while not (came := executor.wait(1.0)):
+                pass
+            keep = True
+        except WorkerDied as error:
+            return Done(None, error=str(error), refused=True)
+        finally:
+            with self._lock:
+                if keep and run == self._run:
+                    self._idle.append(executor)
+                else:
+                    executor.close(False)
+        return came[0][1]
+
+    def end(self, run: str) -> None:
+        """End the processes of a run; those at work end with their trial."""
+        with self._lock:
+            if run == self._run:
+                self._run = ""
+                self._end_idle()
+
+    def _end_idle(self) -> None:
+        for executor in self._idle:
+            executor.close(True)
+        self._idle.clear()
+
+
+_TRIALS = _Trials()
+
+
+def _run(run: str, work: Work, job: Job) -> Done:
+    if multiprocessing.current_process().daemon:
+        error = "a Dask worker may not start processes; start it with: dask worker --no-nanny"
+        return Done(None, error=error, refused=True)
+    return _TRIALS(run, work, job)
+
+
+def _end_run(run: str) -> None:
+    _TRIALS.end(run)

@@ -1,0 +1,194 @@
+"""Trials in, rows out, whatever runs them: what a worker does, what is tried again, what stops.
+
+An ``Executor`` runs jobs somewhere (``sdh_sim.processes``, ``sdh_sim.cluster``); ``run_jobs`` keeps
+it busy and gives every job one more try.
+"""
+
+from __future__ import annotations
+
+import traceback
+from collections import deque
+from collections.abc import Callable, Generator, Iterable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from sdh_sim import records
+from sdh_sim.errors import SettingsError
+from sdh_sim.runs.environment import versions
+from sdh_sim.runs.folder import RunFolder
+from sdh_sim.runs.plan import Job
+from sdh_sim.settings import TrialSettings
+
+TrialFunction = Callable[[TrialSettings, int, bool], Any]
+_POLL = 1.0  # [s] how soon workers that join are noticed
+
+
+@dataclass(frozen=True)
+class Done:
+    """What comes back of a job: a row, or the reason why there is none.
+
+    Attributes:
+        row: the finished row, or None.
+        wall_seconds: time the trial took [s].
+        diverged: state by name where the simulation diverged, else None.
+        error: one line on what went wrong. Text, because an exception that cannot be unpickled
+            would take the worker down.
+        details: traceback, or what is known of a dead process.
+        refused: it is not the trial's fault (a file could not be written, other versions): the run
+            has to stop.
+        final: no further try, the executor has made some.
+    """
+
+    row: records.Row | None
+    wall_seconds: float = 0.0
+    diverged: dict[str, np.ndarray] | None = None
+    error: str = ""
+    details: str = ""
+    refused: bool = False
+    final: bool = False
+
+
+@dataclass(frozen=True)
+class Work:
+    """Runs one trial in a worker.
+
+    Attributes:
+        trial: what runs it, a module-level function; None is ``sdh_sim.trial.run_trial``.
+        rerun: which trials leave a recording: ``all``, ``failures`` or ``none``.
+        folder: where recordings go.
+        versions: packages that a worker on another machine must have, as ``versions()`` gives
+            them; None where workers share this process's installation.
+    """
+
+    trial: TrialFunction | None
+    rerun: str
+    folder: RunFolder
+    versions: dict[str, str] | None = None
+
+    def __call__(self, job: Job) -> Done:
+        if (other := self._other_versions()) is not None:
+            return Done(None, error=other, refused=True)
+        try:
+            run_trial = self.trial
+            if run_trial is None:
+                from sdh_sim.trial.trial import run_trial  # MuJoCo is loaded in workers only
+            result = run_trial(job.settings, job.seed, self.rerun != "none")
+            row = records.normalise({**result.row, "trial": job.trial})
+            if (row["object"], row["seed"]) != (job.settings.object, job.seed):
+                raise records.RecordError(f"the row is of {row['object']}, seed {row['seed']}")
+        except SettingsError as error:  # an object's folder has changed, or is not on this machine
+            return Done(None, error=str(error), refused=True)
+        except Exception as error:
+            return Done(None, error=_line(error), details=traceback.format_exc())
+        if self.rerun == "all" or (self.rerun == "failures" and not row["success"]):
+            try:
+                self._record(job, result.log)
+            except Exception as error:
+                refused = isinstance(error, OSError)
+                details = traceback.format_exc()
+                return Done(None, error=_line(error), refused=refused, details=details)
+        return Done(row, result.wall_seconds, getattr(result, "diverged", None))
+
+    def _record(self, job: Job, log: Any) -> None:
+        from sdh_sim.viewing.recording import write_recording
+
+        path = self.folder.recording(job)
+        path.parent.mkdir(exist_ok=True)
+        partial = path.with_name(path.name + ".tmp")
+        write_recording(log, partial)
+        partial.replace(path)
+
+    def _other_versions(self) -> str | None:
+        if self.versions is None or self.versions == (here := versions()):
+            return None
+        names = [n for n in self.versions if self.versions[n] != here.get(n)]
+        them = ", ".join(f"{n} {here.get(n, 'none')} (not {self.versions[n]})" for n in names)
+        return f"a worker has {them}; install the same versions on every machine"
+
+
+def _line(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}".splitlines()[0]
+
+
+class Executor(Protocol):
+    """Runs jobs; what it was given comes back once each, in any order."""
+
+    def slots(self) -> int:
+        """Jobs that it can work at now, at least 1."""
+        ...
+
+    def submit(self, job: Job) -> None:
+        """Start a job."""
+        ...
+
+    def wait(self, seconds: float) -> list[tuple[Job, Done]]:
+        """What has come back; waits for the first, but no longer than ``seconds``.
+
+        A job whose worker died comes back without a row.
+        """
+        ...
+
+    def close(self, finished: bool) -> None:
+        """End the workers, in the middle of their jobs unless ``finished``."""
+        ...
+
+
+def run_jobs(
+    jobs: Iterable[Job], executor: Executor
+) -> Generator[list[tuple[Job, Done]], None, None]:
+    """The jobs with their outcomes, some at a time, as they finish.
+
+    A job without a row is tried once more. The next jobs are on their way before outcomes are
+    handed on: at most twice ``executor.slots()`` trials are neither waiting nor handed on.
+
+    Whatever ends this early (an exception here, or the caller closing it) ends the workers too;
+    outcomes that were ready by then still come first on a Ctrl-C.
+
+    Raises:
+        WorkerDied: processes end as soon as they start.
+    """
+    waiting = iter(jobs)
+    again: deque[Job] = deque()
+    tried: set[int] = set()
+    running = 0
+    finished = False
+
+    def fill() -> None:
+        nonlocal running
+        free = executor.slots() - running
+        while free > 0:
+            job = again.popleft() if again else next(waiting, None)
+            if job is None:
+                return
+            executor.submit(job)
+            running += 1
+            free -= 1
+
+    def collect(seconds: float) -> list[tuple[Job, Done]]:
+        nonlocal running
+        final: list[tuple[Job, Done]] = []
+        for job, done in executor.wait(seconds):
+            running -= 1
+            if done.row is not None or done.refused or done.final or job.trial in tried:
+                tried.discard(job.trial)
+                final.append((job, done))
+            else:
+                tried.add(job.trial)
+                again.append(job)
+        return final
+
+    try:
+        fill()
+        while running:
+            final = collect(_POLL)
+            fill()
+            if final:
+                yield final
+        finished = True
+    except KeyboardInterrupt:
+        yield collect(0.0)
+        raise
+    finally:
+        executor.close(finished)

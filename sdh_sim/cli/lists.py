@@ -1,0 +1,63 @@
+"""``sdh-sim objects`` and ``sdh-sim hand``: what there is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from sdh_sim.cli.console import output, plain_table
+
+
+def objects(folders: Sequence[str] = ()) -> None:
+    """Print the objects, or those of users' folders: mass, friction, extents, centre of mass.
+
+    Raises:
+        SettingsError: a folder that cannot be used.
+    """
+    from sdh_sim.objects.catalogue import object_info, object_names, user_object
+
+    things = [user_object(path) for path in folders]
+    infos = [object_info(thing.name, thing.reference) for thing in things]
+    table = plain_table("object", "mass kg", "friction", "extents mm", "centre of mass mm")
+    for info in infos or [object_info(name) for name in object_names()]:
+        table.add_row(
+            info.name,
+            f"{info.mass_kg:.3f}",
+            f"{info.friction:.2f}",
+            " × ".join(_millimetres(info.extents_m)),
+            ", ".join(_millimetres(info.com_m, digits=2)),
+        )
+    output().print(table)
+    for thing, info in zip(things, infos, strict=True):
+        line = (
+            f"{info.name}: {thing.file}, {thing.parts} collision shape{'s'[: thing.parts > 1]}"
+            + ("" if thing.hull_ratio is None else f", hulls {thing.hull_ratio:.3f} × its volume")
+            + f"; stands {1e3 * info.height:.1f} mm high, "
+            f"{2e3 * info.half_narrow:.1f} × {2e3 * info.half_wide:.1f} mm wide; moments of "
+            f"inertia {' '.join(f'{v:.3g}' for v in info.inertia_kgm2.diagonal())} kg m²; "
+            f"sha256 {thing.reference.sha256[:12]}"
+        )
+        output().print(line, markup=False, soft_wrap=True, highlight=False)
+
+
+def hand() -> None:
+    """Print the joints with their limits and the tactile pads."""
+    from sdh_sim.robot.hand import joint_table
+    from sdh_sim.robot.pads import pad_table
+
+    joints = plain_table("joint", "motor", "torque N m", "range rad", "speed rad/s", text=(0, 1))
+    for name, motor, torque, reach, speed in joint_table():
+        joints.add_row(name, str(motor), f"{torque:.4g}", _range(reach), f"{speed:.3g}")
+    pads = plain_table("pad", "rows", "columns", "live taxels", "pitch mm")
+    for name, rows, columns, live, pitch in pad_table():
+        pads.add_row(name, str(rows), str(columns), str(live), f"{pitch:g}")
+    output().print(joints)
+    output().print(pads)
+
+
+def _millimetres(values: Iterable[float], digits: int = 1) -> list[str]:
+    # Zero is added since a rounded -0.001 would print as -0.00.
+    return [f"{round(1000.0 * float(value), digits) + 0.0:.{digits}f}" for value in values]
+
+
+def _range(reach: Sequence[float]) -> str:
+    return f"{reach[0]:.3f} to {reach[1]:.3f}"

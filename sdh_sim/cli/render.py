@@ -1,0 +1,86 @@
+"""``sdh-sim render`` and ``sdh-sim view``: MuJoCo's own pictures, without a screen and on one."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from sdh_sim.cli.show import check_writable, repeat, stored_jobs, write
+from sdh_sim.errors import RenderError, RunError
+from sdh_sim.runs.folder import RunFolder
+
+LEAST, MOST = 64, 4096  # pixels of a side
+SCREENS = ("DISPLAY", "WAYLAND_DISPLAY")
+
+
+def render(run: Path, trial: int, out: Path, size: tuple[int, int], azimuth: float) -> None:
+    """Repeat a trial and write a picture of three moments, or a film of it all.
+
+    Args:
+        run: run folder.
+        trial: its number.
+        out: file ending in .png or .mp4.
+        size: width and height in pixels.
+        azimuth: of the camera about the object [deg].
+
+    Raises:
+        RunError: no such run or trial, an ending or a size that is not possible, or a file that
+            cannot be written.
+    """
+    ending = out.suffix.lower()
+    if ending not in (".png", ".mp4"):
+        raise RunError(f"--out: got {out.name!r}; expected a name that ends in .png or .mp4")
+    for option, side in zip(("--width", "--height"), size, strict=True):
+        if not LEAST <= side <= MOST or side % 2:
+            raise RunError(f"{option}: got {side}; expected an even number, {LEAST} to {MOST}")
+    if not np.isfinite(azimuth):
+        raise RunError(f"--azimuth: got {azimuth}; expected a finite angle in degrees")
+    from sdh_sim.viewing.render import film, render_trial, video_writer
+
+    if ending == ".mp4":
+        try:
+            video_writer()  # before the trial runs, not after
+        except RenderError as error:
+            raise RunError(str(error)) from error
+    folder = RunFolder(run)
+    ((job, row),) = stored_jobs(folder, [trial])
+    check_writable("--out", out)
+    log = repeat(folder, job, row)
+    draw = render_trial if ending == ".png" else film
+    write("--out", out, lambda: draw(log, out, size, azimuth))
+
+
+def view(name: str, seed: int) -> None:
+    """Open MuJoCo's viewer on the cell of a trial, at its beginning, and wait until it closes.
+
+    Args:
+        name: of an object, or the path of a user's folder.
+        seed: of the trial.
+
+    Raises:
+        RunError: no screen.
+        SettingsError: no such object, or a seed out of range.
+    """
+    from sdh_sim.objects.catalogue import find_objects
+    from sdh_sim.settings import TrialSettings
+
+    if seed < 0:
+        raise RunError(f"--seed: got {seed}; expected at least 0")
+    names, folders = find_objects([name], {})
+    if len(names) != 1:
+        raise RunError(f"the viewer shows one object, got {name!r}; choose one of {names}")
+    settings = TrialSettings(names[0], folder=folders.get(names[0]))
+    if sys.platform == "linux" and not any(os.environ.get(screen) for screen in SCREENS):
+        raise RunError(
+            f"no screen for the viewer (none of {', '.join(SCREENS)} is set); draw a picture "
+            "instead: sdh-sim render RUN --trial 0 --out trial.png"
+        )
+    import mujoco.viewer
+
+    from sdh_sim.trial.trial import cell_before_grasp
+
+    cell = cell_before_grasp(settings, seed)
+    mujoco.viewer.launch(cell.scene.model, cell.data)

@@ -1,0 +1,110 @@
+"""Finger control: close along the preshape until stalled, then squeeze at the torque limit."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sdh_sim.robot import sdh2_constants as c
+from sdh_sim.robot.hand import MOTOR_FINGER, preshape_angles
+
+CLOSING_RATE = 0.6  # closing ratio per second: about 50 deg/s, a quarter of the top speed
+STALL_SHARE = 0.2  # of its torque limit at which a motor counts as stopped by the object
+# No motor counts as stopped below three times the torque that moving freely takes (it takes twice
+# that to set off), or most of a limit too low for that: weak motors must get to the object at all.
+OVER_FREE, NEAR_LIMIT = 3.0, 0.9
+SQUEEZE_TIME = 0.6  # [s] over which the grip is built up
+# Torque that the squeezing reference asks of a motor the object does not let move, over its limit:
+# just enough to saturate it. Far more would let the two fingers, together stronger than the thumb,
+# push it back a long way before they balance.
+SQUEEZE_DEMAND = 1.25
+# Preshapes whose distal joints close as well; in the others they open while the finger closes,
+# keeping the pad upright, and hold while the proximal joint squeezes.
+CURLING = ("cylindrical", "spherical")
+
+
+class FingerControl:
+    """References of the 7 position servos through closing and squeezing.
+
+    Attributes:
+        ratio: closing ratio of each finger (3,).
+        stalled: fingers that the object has stopped (3,) bool.
+        reference: servo references (7,) [rad].
+    """
+
+    def __init__(
+        self, preshape: str, ratio: float, torque_limits: np.ndarray, stiffness: np.ndarray,
+        damping: np.ndarray,
+    ) -> None:  # fmt: skip
+        """Start at a closing ratio.
+
+        Args:
+            preshape: key of ``sdh2_constants.PRESHAPES``.
+            ratio: closing ratio of all fingers.
+            torque_limits: of the motors (7,) [N m].
+            stiffness: gains of their position servos (7,) [N m/rad].
+            damping: of their joints (7,) [N m s/rad].
+        """
+        self.preshape = preshape
+        self.ratio = np.full(3, float(ratio))
+        self.stalled = np.zeros(3, dtype=bool)
+        self.reference = preshape_angles(preshape, self.ratio)
+        flexion = np.array([m.kind != "spread" for m in c.MOTORS])
+        way = np.abs(preshape_angles(preshape, 1.0) - preshape_angles(preshape, 0.0))
+        least = np.minimum(OVER_FREE * damping * way * CLOSING_RATE, NEAR_LIMIT * torque_limits)
+        self._stall = np.where(flexion, np.maximum(STALL_SHARE * torque_limits, least), np.inf)
+        self._load = np.zeros(len(c.MOTORS))  # torques over the stall torques, at the last tick
+        self._advance = np.zeros(3)  # of the closing ratios in the last tick
+        squeezes = [
+            m.kind == "proximal" or (m.kind == "distal" and preshape in CURLING) for m in c.MOTORS
+        ]
+        self._push = np.array(squeezes) * SQUEEZE_DEMAND * torque_limits / stiffness
+        self._grip: np.ndarray | None = None
+        self._squeezed = 0.0
+
+    @property
+    def closed(self) -> bool:
+        """Every finger is stopped by the object or closed fully."""
+        return bool((self.stalled | (self.ratio >= 1.0)).all())
+
+    @property
+    def settled(self) -> bool:
+        """The squeeze has reached its full reference."""
+        return self._squeezed >= 1.0
+
+    def close(self, torques: np.ndarray, dt: float) -> np.ndarray:
+        """One tick of closing: advance the fingers that nothing stops.
+
+        A finger goes back to where it was as its torque crossed the stall torque, somewhere
+        within the last tick: a grasp must not depend on when the controller happens to look.
+
+        Args:
+            torques: motor torques now (7,) [N m].
+            dt: length of the tick [s].
+        """
+        load = np.abs(torques) / self._stall
+        for f in np.flatnonzero(~self.stalled):
+            over = (f == MOTOR_FINGER) & (load > 1.0)
+            if over.any():
+                self.stalled[f] = True
+                # No motor was over before, or the finger would have been stopped then.
+                since = (load[over] - 1.0) / (load[over] - self._load[over])
+                self.ratio[f] -= since.max() * self._advance[f]
+        self._load = load
+        before = self.ratio.copy()
+        self.ratio[~self.stalled] = np.minimum(self.ratio[~self.stalled] + CLOSING_RATE * dt, 1.0)
+        self._advance = self.ratio - before
+        self.reference = preshape_angles(self.preshape, self.ratio)
+        return self.reference
+
+    def squeeze(self, angles: np.ndarray, dt: float) -> np.ndarray:
+        """One tick of squeezing: move the references beyond where the object holds the fingers.
+
+        Args:
+            angles: motor angles now (7,) [rad]; those of the first call are where it starts.
+            dt: length of the tick [s].
+        """
+        if self._grip is None:
+            self._grip = np.where(self._push > 0.0, angles, self.reference)
+        self._squeezed = min(1.0, self._squeezed + dt / SQUEEZE_TIME)
+        self.reference = self._grip + self._squeezed * self._push
+        return self.reference

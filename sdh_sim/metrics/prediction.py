@@ -1,0 +1,70 @@
+"""What the metrics say of a snapshot before the lift."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from sdh_sim.metrics.built_in import evaluate, task_scaling
+from sdh_sim.objects.catalogue import ObjectInfo
+from sdh_sim.robot.hand import HandKinematics
+from sdh_sim.sensing.pad_contacts import PadContact
+from sdh_sim.sensing.perceived_grasp import PerceivedGrasp, perceive
+from sdh_sim.sensing.snapshot import TactileSnapshot
+
+NO_READING = "no pad reads a contact"
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Metrics of a snapshot.
+
+    Attributes:
+        values: by name of the metric; NaN where it cannot be computed.
+        reason: why q* is 0, empty otherwise.
+        grasp: what they were computed from.
+    """
+
+    values: dict[str, float]
+    reason: str
+    grasp: PerceivedGrasp
+
+    @property
+    def contacts(self) -> tuple[PadContact, ...]:
+        """The pads in contact."""
+        return self.grasp.contacts
+
+    @property
+    def q_linf(self) -> float:
+        """Equation (9); 0 when the grasp cannot exert the task."""
+        return self.values["q_linf"]
+
+    @property
+    def q_l1(self) -> float:
+        """Equation (10)."""
+        return self.values["q_l1"]
+
+
+def predict(
+    snapshot: TactileSnapshot,
+    thing: ObjectInfo,
+    torque_limit: tuple[float, float],
+    pads: str,
+    kinematics: HandKinematics,
+) -> Prediction:
+    """Every metric from the snapshot and the known object alone.
+
+    Args:
+        snapshot: what the hand sensed.
+        thing: mass, friction and centre of mass of the object.
+        torque_limit: (spread and proximal, distal) [N m].
+        pads: ``all`` or ``distal``.
+        kinematics: the hand; its posture is changed.
+    """
+    grasp = perceive(snapshot, thing, torque_limit, pads, kinematics)
+    values = evaluate(grasp)
+    reason = ""
+    if not grasp.contacts:
+        reason = NO_READING
+    elif values["q_linf"] == 0.0:
+        reason = task_scaling(grasp, "linf").reason or ""
+    return Prediction(values, reason, grasp)

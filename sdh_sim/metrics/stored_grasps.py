@@ -1,0 +1,122 @@
+"""Grasps as a table of trials keeps them: any metric can be evaluated on them again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from sdh_sim import records
+from sdh_sim.analysis import trial_tables
+from sdh_sim.objects.catalogue import ObjectInfo, object_info
+from sdh_sim.robot.hand import MOTOR_NAMES, HandKinematics
+from sdh_sim.sensing.perceived_grasp import PerceivedGrasp, perceive
+from sdh_sim.sensing.snapshot import TactileSnapshot
+from sdh_sim.user_references import ObjectFolder
+
+_NEEDED = (
+    *("tactile_proximal", "tactile_distal", "joint_angles_rad", "motor_torque_nm"),
+    *("object_pose_hand", "hand_pose_world"),
+)
+
+_NEEDED_TOO = ("trial", "object", "seed", "success", "failure", "torque_limit_nm")
+
+
+def read_stored(paths: Sequence[Path]) -> tuple[pa.Table, list[dict[str, Any]]]:
+    """Tables of trials, one after the other, and their rows.
+
+    A table of an older version need not have the columns that came later: what is here are the
+    columns that all of the tables have.
+
+    Returns:
+        table, and for each trial its values by column name: arrays as numpy, null as None.
+
+    Raises:
+        RecordError: a table lacks what a snapshot consists of.
+    """
+    shared = trial_tables.columns_of(paths, records.SCHEMA.names)
+    names = dict.fromkeys((*_NEEDED_TOO, *_NEEDED, *shared))
+    table = pa.concat_tables([records.read_table(path, list(names)) for path in paths])
+    columns = {}
+    for column in (c for c in records.COLUMNS if c.name in names):
+        values = table.column(column.name).to_pylist()
+        if column.shape:
+            stacked = records.stack(table, column.name)
+            values = [None if v is None else a for v, a in zip(values, stacked, strict=True)]
+        columns[column.name] = values
+    return table, [
+        dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
+    ]
+
+
+def snapshot_of(row: Mapping[str, Any]) -> TactileSnapshot | None:
+    """The snapshot of a row of the table, as the metrics saw it.
+
+    The pose is the tracker's where the row has one. Readings have the table's single precision,
+    so that a metric evaluated again may differ from the stored one in its eighth digit or so.
+
+    Args:
+        row: a row as ``records.read_rows`` gives it.
+
+    Returns:
+        None where the trial ended before its snapshot.
+    """
+    if any(row.get(name) is None for name in _NEEDED):
+        return None
+    pose = row.get("perceived_pose_hand")
+    return TactileSnapshot(
+        proximal=np.asarray(row["tactile_proximal"], dtype=float),
+        distal=np.asarray(row["tactile_distal"], dtype=float),
+        joint_angles=np.asarray(row["joint_angles_rad"], dtype=float),
+        motor_torques=np.asarray(row["motor_torque_nm"], dtype=float),
+        object_pose_hand=np.asarray(row["object_pose_hand"] if pose is None else pose, dtype=float),
+        hand_pose_world=np.asarray(row["hand_pose_world"], dtype=float),
+    )
+
+
+def object_of(
+    row: Mapping[str, Any], folders: Mapping[str, ObjectFolder] | None = None
+) -> ObjectInfo:
+    """The row's object with the mass and the friction that the metrics assumed.
+
+    Args:
+        row: a row as ``records.read_rows`` gives it.
+        folders: of users' objects by name, as the run's plan has them.
+
+    Raises:
+        SettingsError: there is no such object any more.
+    """
+    thing = object_info(row["object"], (folders or {}).get(row["object"]))
+    mass, friction = row.get("perceived_mass_kg"), row.get("perceived_friction")
+    return replace(
+        thing,
+        mass_kg=thing.mass_kg if mass is None else mass,
+        friction=thing.friction if friction is None else friction,
+    )
+
+
+def grasp_of(
+    row: Mapping[str, Any],
+    pads: str,
+    kinematics: HandKinematics,
+    folders: Mapping[str, ObjectFolder] | None = None,
+) -> PerceivedGrasp | None:
+    """What a metric may know of the row's grasp; None where there is no snapshot.
+
+    Args:
+        row: a row as ``records.read_rows`` gives it.
+        pads: ``all`` or ``distal``.
+        kinematics: the hand; its posture is changed.
+        folders: of users' objects by name, as the run's plan has them.
+    """
+    snapshot = snapshot_of(row)
+    if snapshot is None:
+        return None
+    limits = np.asarray(row["torque_limit_nm"], dtype=float)
+    proximal = float(limits[MOTOR_NAMES.index("finger1_proximal")])
+    distal = float(limits[MOTOR_NAMES.index("finger1_distal")])
+    return perceive(snapshot, object_of(row, folders), (proximal, distal), pads, kinematics)

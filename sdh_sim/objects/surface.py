@@ -1,0 +1,70 @@
+"""The surface of a known object: which way it faces where a finger touches it."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import mujoco
+import numpy as np
+
+from sdh_sim.objects.catalogue import object_spec
+from sdh_sim.user_references import ObjectFolder
+
+_PROBE_RADIUS = 1e-4  # [m]
+_FARTHEST = 0.5  # objects are smaller than that [m]
+
+
+class ObjectSurface:
+    """Surface of an object's collision shapes.
+
+    Args:
+        name: of a built-in object, or of a user's.
+        folder: the user's; None for a built-in object.
+    """
+
+    def __init__(self, name: str, folder: ObjectFolder | None = None) -> None:
+        spec = mujoco.MjSpec()
+        spec.worldbody.add_geom(
+            name="probe", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[_PROBE_RADIUS, 0.0, 0.0]
+        )
+        frame = spec.worldbody.add_frame()
+        spec.attach(object_spec(name, folder), prefix="object/", frame=frame)
+        self._model = model = spec.compile()
+        self._data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, self._data)
+        body = model.body("object/object").id
+        self._place = self._data.xpos[body].copy()
+        self._axes = self._data.xmat[body].reshape(3, 3).copy()
+        self._probe = model.geom("probe").id
+        colliding = np.flatnonzero(model.geom_contype)
+        self._shapes = [int(geom) for geom in colliding if geom != self._probe]
+
+    def inward_normals(self, points: np.ndarray) -> np.ndarray:
+        """Unit normals into the object (n, 3) at the places of its surface nearest to points.
+
+        Args:
+            points: in the object's frame (n, 3) [m], inside or outside.
+
+        Returns:
+            in the object's frame; zero for a point on the surface itself.
+        """
+        return np.array([self._normal(point) for point in np.asarray(points, dtype=float)])
+
+    def _normal(self, point: np.ndarray) -> np.ndarray:
+        model, data = self._model, self._data
+        data.geom_xpos[self._probe] = at = self._place + self._axes @ point
+        nearest, found = np.inf, np.zeros(3)
+        ends = np.empty(6)
+        for shape in self._shapes:
+            distance = mujoco.mj_geomDistance(model, data, self._probe, shape, _FARTHEST, ends)
+            if distance < nearest:
+                toward = ends[3:] - at
+                nearest, found = distance, toward if distance > -_PROBE_RADIUS else -toward
+        length = float(np.linalg.norm(found))
+        return self._axes.T @ found / length if length > 0.0 else found
+
+
+@lru_cache(maxsize=16)
+def surface_of(name: str, folder: ObjectFolder | None = None) -> ObjectSurface:
+    """The surface of an object, made once."""
+    return ObjectSurface(name, folder)

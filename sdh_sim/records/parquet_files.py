@@ -1,0 +1,119 @@
+"""Tables of trials as Parquet files: written whole or not at all, checked when they are read."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from sdh_sim.atomic_files import atomic_file
+from sdh_sim.errors import RecordError, one_line
+from sdh_sim.records.column import Column
+from sdh_sim.records.rows import Row, to_rows, to_table
+from sdh_sim.records.schema import column_named, columns_in, schema_of
+
+ROW_GROUP = 1024  # rows; about 3 MB in memory, so that a table of any size can be streamed
+
+
+def write_rows(rows: Iterable[Mapping[str, Any]], path: Path, added: Sequence[Column] = ()) -> None:
+    """Write the table so that a reader, or a crash, sees the old file or the new, never a part.
+
+    Args:
+        rows: in any order.
+        path: of the file.
+        added: columns of users' metrics.
+
+    Raises:
+        OSError: the disk refused; the file that was there stays as it was.
+    """
+    table = to_table(rows, added)
+    starts = range(0, table.num_rows, ROW_GROUP)
+    write_groups((table.slice(start, ROW_GROUP) for start in starts), path, added)
+
+
+def write_groups(groups: Iterable[pa.Table], path: Path, added: Sequence[Column] = ()) -> None:
+    """Write a table that comes in pieces of ``ROW_GROUP`` rows (the last may be shorter).
+
+    The file's bytes are those that ``write_rows`` gives for the same rows; one piece at a time is
+    in memory.
+
+    Raises:
+        OSError: the disk refused; the file that was there stays as it was.
+    """
+    with (
+        atomic_file(path) as file,
+        pq.ParquetWriter(
+            file, schema_of(added), compression="zstd", write_page_checksum=True
+        ) as writer,
+    ):
+        for group in groups:
+            writer.write_table(group.combine_chunks(), row_group_size=ROW_GROUP)
+
+
+@contextlib.contextmanager
+def readable(path: Path) -> Iterator[None]:
+    """What fails in the block because of the file at ``path`` becomes a RecordError."""
+    try:
+        yield
+    except RecordError:
+        raise
+    except FileNotFoundError as error:
+        raise RecordError(f"{path} does not exist") from error
+    except (pa.ArrowException, OSError, ValueError, OverflowError) as error:
+        reason = one_line(error) or type(error).__name__
+        raise RecordError(f"{path} is not a readable parquet file: {reason}") from error
+
+
+def read_table(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
+    """The table of a run, or the named columns of it.
+
+    Raises:
+        RecordError: no such file, not a readable parquet file, or not a table of trials.
+    """
+    with readable(path):
+        file = pq.ParquetFile(path, page_checksum_verification=True)
+        wanted = columns_in(file.schema_arrow)
+        if columns is not None:
+            wanted = tuple(column_named(name) for name in columns)
+        for column in wanted:
+            check_field(path, file.schema_arrow, column)
+        table = file.read(columns=[column.name for column in wanted])
+        table.validate(full=True)
+        return table
+
+
+def check_field(path: Path, schema: pa.Schema, column: Column) -> None:
+    """Raise RecordError unless the file's schema has the column with its type."""
+    if column.name not in schema.names:
+        raise RecordError(
+            f"{path} has no column {column.name!r}; it is not a table of this version"
+        )
+    if schema.names.count(column.name) > 1:
+        raise RecordError(f"{path} has column {column.name!r} twice; it is not a table of ours")
+    found = schema.field(column.name).type
+    if found != column.arrow_type:
+        raise RecordError(
+            f"{path}: column {column.name!r} is {one_line(found)}; expected {column.arrow_type}"
+        )
+
+
+def read_rows(path: Path) -> list[Row]:
+    """The rows of a table file; raises RecordError where it is not one."""
+    return to_rows(read_table(path))
+
+
+def columns_of(paths: Sequence[Path], wanted: Sequence[str]) -> tuple[str, ...]:
+    """Those of the wanted columns that every one of the tables has."""
+    found = [_column_names(path) for path in paths]
+    return tuple(name for name in wanted if all(name in names for names in found))
+
+
+def _column_names(path: Path) -> set[str]:
+    try:
+        return set(pq.read_schema(path).names)
+    except (pa.ArrowException, OSError):  # whoever reads the table says what is wrong with it
+        return set()

@@ -1,0 +1,168 @@
+"""Arm motion: inverse kinematics by mink, straight hand paths, minimum-jerk timing."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import mink
+import mujoco
+import numpy as np
+
+from sdh_sim.model_files import models_dir
+from sdh_sim.robot import sdh2_constants as c
+
+ARM = "arm/"  # prefix of its names in a workcell
+ARM_JOINTS = tuple(f"joint{k}" for k in range(1, 7))
+
+SOLVER = "daqp"  # an active-set solver for small dense problems, which these 6 × 6 ones are
+POSITION_TOLERANCE = 2e-4  # [m]
+ROTATION_TOLERANCE = 2e-3  # [rad]
+SPEED_SHARE = 0.9  # of the joint speed limits that a path may use
+
+
+class ArmKinematics:
+    """Finds joint angles for poses of the palm.
+
+    Attributes:
+        model: the arm with a site ``palm`` where the hand's palm frame will be.
+        lower, upper: joint limits (6,) [rad].
+    """
+
+    def __init__(self) -> None:
+        spec = arm_spec()
+        # The spec's site may be oriented by zaxis or euler; the compiled one has a quaternion.
+        flange = spec.compile().site(f"{ARM}flange")
+        offset = np.empty(3)
+        mujoco.mju_rotVecQuat(offset, np.array([0.0, 0.0, c.MOUNT_HEIGHT]), flange.quat)
+        parent = spec.site(f"{ARM}flange").parent
+        parent.add_site(name="palm", pos=flange.pos + offset, quat=flange.quat)
+        self.model = spec.compile()
+        self.speed_limit = arm_speed_limit(self.model)
+        joints = [self.model.joint(ARM + name) for name in ARM_JOINTS]
+        self.lower, self.upper = np.array([j.range for j in joints]).T
+        self._configuration = mink.Configuration(self.model)
+        self._task = mink.FrameTask(
+            "palm", "site", position_cost=1.0, orientation_cost=0.3, lm_damping=1e-3
+        )
+        self._limits = [mink.ConfigurationLimit(self.model)]
+
+    def palm_pose(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Position (3,) [m] and rotation (3, 3) of the palm in the world at joint angles (6,)."""
+        self._configuration.update(np.asarray(q, dtype=float))
+        pose = self._configuration.get_transform_frame_to_world("palm", "site")
+        return pose.translation(), pose.rotation().as_matrix()
+
+    def solve(
+        self, position: np.ndarray, rotation: np.ndarray, start: np.ndarray, steps: int = 60
+    ) -> np.ndarray | None:
+        """Joint angles (6,) for a palm pose, from a start; None when it is not reached.
+
+        Args:
+            position: (3,) [m] in the world.
+            rotation: (3, 3), columns are the palm's axes in the world.
+            start: joint angles to start from (6,) [rad].
+            steps: iterations of the differential inverse kinematics.
+        """
+        target = mink.SE3.from_rotation_and_translation(
+            mink.SO3.from_matrix(rotation), np.asarray(position, dtype=float)
+        )
+        self._task.set_target(target)
+        conf = self._configuration
+        conf.update(np.clip(start, self.lower, self.upper))
+        best = math.inf
+        for step in range(steps):
+            error = self._task.compute_error(conf)
+            size = max(
+                float(np.linalg.norm(error[:3])) / POSITION_TOLERANCE,
+                float(np.linalg.norm(error[3:])) / ROTATION_TOLERANCE,
+            )
+            if size < 1.0:
+                return conf.q.copy()
+            if step % 20 == 19:
+                if size > 0.7 * best:
+                    return None  # stuck at a joint limit or out of reach
+                best = size
+            try:
+                velocity = mink.solve_ik(
+                    conf, [self._task], 1.0, SOLVER, damping=1e-8, limits=self._limits
+                )
+            except mink.MinkError:
+                return None
+            # A full step may leap over a singularity; half a radian cannot.
+            scale = min(1.0, 0.5 / max(1e-9, float(np.abs(velocity).max())))
+            conf.integrate_inplace(velocity * scale, 1.0)
+        return None
+
+    def reach(self, position: np.ndarray, rotation: np.ndarray) -> np.ndarray | None:
+        """Joint angles (6,) for a palm pose from any of a few postures; None when out of reach."""
+        turn = -math.atan2(position[1], position[0])  # joint 1 turns about -z
+        forward = rotation[2, 2] > -0.7  # else the hand points down
+        shoulder, elbow, bend = (0.9, 0.6, 1.5) if forward else (0.5, 0.5, 0.6)
+        for wrist4, wrist6 in ((0, 0), (0, 1.57), (0, -1.57), (0, 3.1), (1.4, 0), (-1.4, 0)):
+            start = np.array([turn, shoulder, elbow, wrist4, bend, wrist6])
+            found = self.solve(position, rotation, start)
+            if found is not None:
+                return found
+        return None
+
+    def straight(
+        self, start: np.ndarray, motion: np.ndarray, spacing: float = 0.03
+    ) -> np.ndarray | None:
+        """Joint path (n, 6) that moves the palm along a straight line without turning it.
+
+        Args:
+            start: joint angles at the beginning (6,) [rad].
+            motion: displacement of the palm in the world (3,) [m].
+            spacing: distance between waypoints [m].
+
+        Returns:
+            Waypoints at equal distances along the line, or None when one is out of reach.
+        """
+        position, rotation = self.palm_pose(start)
+        count = max(2, math.ceil(float(np.linalg.norm(motion)) / spacing) + 1)
+        path = [np.asarray(start, dtype=float)]
+        for share in np.linspace(0.0, 1.0, count)[1:]:
+            found = self.solve(position + share * np.asarray(motion), rotation, path[-1], steps=20)
+            if found is None or np.abs(found - path[-1]).max() > 0.5:
+                return None
+            path.append(found)
+        return np.array(path)
+
+    def duration(self, path: np.ndarray, at_least: float) -> float:
+        """Time [s] for a minimum-jerk run along a path that keeps every joint speed limit."""
+        # Greatest slope of the minimum-jerk profile is 15/8 of the mean speed.
+        per_share = np.abs(np.diff(path, axis=0)).max(axis=0) * (len(path) - 1)
+        needed = 1.875 * float((per_share / (SPEED_SHARE * self.speed_limit)).max())
+        return max(at_least, needed)
+
+
+def along(path: np.ndarray, share: float) -> np.ndarray:
+    """Joint angles (6,) at a share 0..1 of a path's minimum-jerk course in time."""
+    s = min(max(share, 0.0), 1.0)
+    course = s * s * s * (10.0 - 15.0 * s + 6.0 * s * s) * (len(path) - 1)
+    low = min(int(course), len(path) - 2)
+    return path[low] + (course - low) * (path[low + 1] - path[low])
+
+
+def arm_spec() -> mujoco.MjSpec:
+    """Table and arm."""
+    spec = mujoco.MjSpec.from_file(str(models_dir() / "cell" / "cell.xml"))
+    arm = mujoco.MjSpec.from_file(str(models_dir() / "kuka_kr5_sixx_r850" / "kr5_sixx_r850.xml"))
+    spec.attach(arm, prefix=ARM, site=spec.site("arm_mount"))
+    return spec
+
+
+def arm_speed_limit(model: mujoco.MjModel) -> np.ndarray:
+    """Greatest joint speeds of the arm (6,) [rad/s], from the arm's MJCF."""
+    numeric = next(
+        model.numeric(k) for k in range(model.nnumeric)
+        if model.numeric(k).name.endswith("joint_speed_limit")
+    )  # fmt: skip
+    return np.array(numeric.data)
+
+
+@lru_cache(maxsize=1)
+def arm_kinematics() -> ArmKinematics:
+    """The arm, built once per process."""
+    return ArmKinematics()

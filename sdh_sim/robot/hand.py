@@ -1,0 +1,121 @@
+"""The hand as the controller and the metrics know it: kinematics, pads, Jacobians."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import mujoco
+import numpy as np
+
+from sdh_sim.model_files import models_dir
+from sdh_sim.robot import sdh2_constants as c
+
+HAND = "hand/"  # prefix of its names in a workcell
+MOTOR_NAMES = tuple(m.name for m in c.MOTORS)
+FINGER_NAMES = tuple(f.name for f in c.FINGERS)
+MOTOR_FINGER = np.array([FINGER_NAMES.index(m.finger) for m in c.MOTORS])
+"""Index of the finger that each motor moves (7,)."""
+
+
+def torque_limits(limit: tuple[float, float]) -> np.ndarray:
+    """Limits of the 7 motors (7,) [N m] from (spread and proximal, distal)."""
+    return np.array([limit[1] if m.kind == "distal" else limit[0] for m in c.MOTORS])
+
+
+def joint_table() -> list[tuple[str, str, float, tuple[float, float], float]]:
+    """Rows (joint, motor, data-sheet torque [N m], range [rad], greatest speed [rad/s])."""
+    rows = []
+    for index, m in enumerate(c.MOTORS):
+        reach = c.SPREAD_RANGE if m.kind == "spread" else c.PHALANX_RANGE
+        torque, speed = c.DATASHEET_TORQUE[m.kind], c.MAX_SPEED[m.kind]
+        rows.append((m.name, str(index), torque, reach, speed))
+        if m.kind == "spread":
+            rows.append((c.COUPLED_JOINT, f"{index} (coupled)", torque, reach, speed))
+    return rows
+
+
+def preshape_angles(preshape: str, ratio: float | Sequence[float] | np.ndarray) -> np.ndarray:
+    """Motor angles (7,) [rad] of a preshape; closing ratio one for all or one a finger.
+
+    Args:
+        preshape: key of ``sdh2_constants.PRESHAPES``.
+        ratio: 0 open to 1 closed; a sequence gives it per finger in the order of FINGERS.
+    """
+    offset, slope = _preshape_lines(preshape)
+    ratios = np.broadcast_to(ratio, 3)[MOTOR_FINGER]
+    return np.clip(offset + slope * ratios, *c.PHALANX_RANGE)
+
+
+@lru_cache
+def _preshape_lines(preshape: str) -> tuple[np.ndarray, np.ndarray]:
+    """Angle of every motor at closing ratio 0 and what it gains up to 1, (7,) each [rad]."""
+    shape = c.PRESHAPES[preshape]
+    lines = {"spread": (shape.spread, 0.0), "proximal": shape.proximal, "distal": shape.distal}
+    offset, slope = np.array([lines[m.kind] for m in c.MOTORS]).T
+    return offset, slope
+
+
+class HandKinematics:
+    """Forward kinematics and Jacobians of the hand alone, by MuJoCo on the hand's own MJCF.
+
+    Attributes:
+        model: the hand without taxel geoms; its world frame is the mounting face.
+    """
+
+    def __init__(self) -> None:
+        spec = mujoco.MjSpec.from_file(str(models_dir() / "schunk_sdh2" / "sdh2.xml"))
+        strip_taxels(spec)
+        self.model = spec.compile()
+        self._data = mujoco.MjData(self.model)
+        joints = [self.model.joint(name).qposadr[0] for name in MOTOR_NAMES]
+        coupled = self.model.joint(c.COUPLED_JOINT).qposadr[0]
+        # qpos = selection @ motor angles; the same matrix takes joint to motor Jacobians.
+        self._selection = np.zeros((self.model.nq, len(MOTOR_NAMES)))
+        self._selection[joints, np.arange(len(joints))] = 1.0
+        self._selection[coupled, MOTOR_NAMES.index("spread")] = 1.0
+
+    def pose(self, angles: np.ndarray) -> None:
+        """Take motor angles (7,) [rad]; the other methods speak of this posture."""
+        self._data.qpos[:] = self.joint_positions(angles)
+        mujoco.mj_kinematics(self.model, self._data)
+        mujoco.mj_comPos(self.model, self._data)
+
+    def joint_positions(self, angles: np.ndarray) -> np.ndarray:
+        """Positions of all joints, the coupled one too, in the MJCF's order (8,) [rad]."""
+        return self._selection @ angles
+
+    def link(self, body: str) -> tuple[np.ndarray, np.ndarray]:
+        """Position (3,) [m] and rotation (3, 3) of a body's frame in the palm frame."""
+        palm, index = self.model.body("palm").id, self.model.body(body).id
+        turn = self._data.xmat[palm].reshape(3, 3)
+        offset = self._data.xpos[index] - self._data.xpos[palm]
+        return turn.T @ offset, turn.T @ self._data.xmat[index].reshape(3, 3)
+
+    def jacobian(self, body: str, point: np.ndarray) -> np.ndarray:
+        """Velocity of a point of a body per motor velocity, in the palm frame (3, 7) [m/rad].
+
+        Args:
+            body: body that the point is fixed to.
+            point: the point in the palm frame (3,) [m].
+        """
+        palm = self.model.body("palm").id
+        turn = self._data.xmat[palm].reshape(3, 3)
+        world = self._data.xpos[palm] + turn @ point
+        full = np.zeros((3, self.model.nv))
+        mujoco.mj_jac(self.model, self._data, full, None, world, self.model.body(body).id)
+        return turn.T @ full @ self._selection
+
+    def spin_jacobian(self, body: str) -> np.ndarray:
+        """Angular velocity of a body per motor velocity, in the palm frame (3, 7) [rad/rad]."""
+        turn = self._data.xmat[self.model.body("palm").id].reshape(3, 3)
+        full = np.zeros((3, self.model.nv))
+        mujoco.mj_jacBody(self.model, self._data, None, full, self.model.body(body).id)
+        return turn.T @ full @ self._selection
+
+
+def strip_taxels(spec: mujoco.MjSpec) -> None:
+    """Remove the taxel geoms from a spec: kinematics and drawings do without them."""
+    for geom in list(spec.geoms):
+        if geom.classname.name.endswith("sdh2_taxel"):
+            spec.delete(geom)

@@ -1,0 +1,125 @@
+"""One contact of hand and object as it is perceived."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+import graspq as gq
+from sdh_sim.objects.catalogue import ObjectInfo
+from sdh_sim.objects.surface import surface_of
+from sdh_sim.poses import rotation_of
+from sdh_sim.robot import sdh2_constants as c
+from sdh_sim.robot.hand import HandKinematics, torque_limits
+from sdh_sim.robot.pads import live_mask, taxel_centres
+from sdh_sim.sensing.snapshot import TactileSnapshot
+
+
+@dataclass(frozen=True)
+class PadContact:
+    """One pad's contact as the hand perceives it.
+
+    Attributes:
+        pad: name, such as ``thumb_distal``.
+        contact: position, normal, ``g*``, ``tau*`` and taxels, in the object frame at the centre of
+            mass.
+        jacobian: motor speeds to the velocity of the contact point (first three rows [m/rad]) and
+            the angular velocity of its link (last three), object axes (6, 7).
+    """
+
+    pad: str
+    contact: gq.Contact
+    jacobian: np.ndarray
+
+
+LOOK_DEPTH = 0.01  # beneath the pad's surface, in the finger [m]
+
+
+def pad_contacts(
+    snapshot: TactileSnapshot,
+    thing: ObjectInfo,
+    torque_limit: tuple[float, float],
+    pads: str,
+    kinematics: HandKinematics,
+    surface_share: float = 1.0,
+) -> tuple[PadContact, ...]:
+    """Contact model of every pad that reads something (II-B).
+
+    Normals are those of the object's surface, as in the paper: rubber that meets an edge or lies
+    askew presses along them, 15° off the pad's own normal on average.
+
+    Args:
+        snapshot: what the hand sensed.
+        thing: shape, friction and centre of mass of the object.
+        torque_limit: (spread and proximal, distal) [N m].
+        pads: ``all`` or ``distal``.
+        kinematics: the hand; its posture is changed.
+        surface_share: 1 takes the normals of the object's surface, 0 the pads' own, and what lies
+            between a mean of both.
+    """
+    kinematics.pose(snapshot.joint_angles)
+    rotation, origin = rotation_of(snapshot.object_pose_hand[3:]), snapshot.object_pose_hand[:3]
+    centre_of_mass = origin + rotation @ thing.com_m
+    limits = torque_limits(torque_limit)
+    found = []
+    for index, (finger, kind) in enumerate(c.PADS):
+        if pads == "distal" and kind != "distal":
+            continue
+        array = (snapshot.proximal if kind == "proximal" else snapshot.distal)[index % 3]
+        reading = np.where(live_mask(kind), array, 0.0)
+        if not (reading > 0.0).any():
+            continue
+        body = f"{finger}_{kind}"
+        link_position, link_rotation = kinematics.link(body)
+        point, normal, taxels = _tangent_patch(kind, reading)
+        to_object = rotation.T @ link_rotation
+        shift = rotation.T @ (link_position - centre_of_mass)
+        linear = kinematics.jacobian(body, link_position + link_rotation @ point)
+        jacobian = np.vstack((rotation.T @ linear, rotation.T @ kinematics.spin_jacobian(body)))
+        centre = to_object @ point + shift
+        patch = taxels @ to_object.T + shift
+        pressure = reading[reading > 0.0]
+        inward = _surface_normal(thing, to_object @ normal, patch, pressure, surface_share)
+        patch -= np.outer((patch - centre) @ inward, inward)
+        g_max = gq.max_normal_force(jacobian[:3], inward, limits)
+        tau_max = gq.max_torsion(thing.friction, g_max, pressure, patch, centre)
+        contact = gq.Contact(centre, inward, thing.friction, g_max, tau_max, patch)
+        found.append(PadContact(body, contact, jacobian))
+    return tuple(found)
+
+
+def _surface_normal(
+    thing: ObjectInfo, own: np.ndarray, patch: np.ndarray, weights: np.ndarray, share: float
+) -> np.ndarray:
+    """Unit normal of the object's surface under a pad, into the object (3,).
+
+    Every taxel looks for the nearest surface from inside the finger, so that neither a dent in the
+    rubber nor a pose some millimetres off turns the answer round. Taxels whose nearest surface
+    faces them do not count; where none is left the pad's own normal does.
+    """
+    own = own / np.linalg.norm(own)
+    surface = surface_of(thing.name, thing.folder)
+    found = surface.inward_normals(patch + thing.com_m - LOOK_DEPTH * own)
+    mean = np.where(found @ own > 0.0, weights, 0.0) @ found
+    length = float(np.linalg.norm(mean))
+    if length <= 0.0:
+        return own
+    mixed = share * mean / length + (1.0 - share) * own
+    return mixed / np.linalg.norm(mixed)
+
+
+def _tangent_patch(kind: str, reading: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pressure-weighted centre on the pad, its normal, and active taxels in the tangent plane.
+
+    Returns:
+        point (3,) [m], unit normal (3,) out of the pad, taxels (k, 3) [m], all in the link frame.
+    """
+    rows, columns = np.nonzero(reading > 0.0)
+    weight = reading[rows, columns]
+    # The mean in the array's own coordinates stays on the curved pad; a mean in space would not.
+    point, normal = c.pad_surface(
+        kind, float(np.average(rows, weights=weight)), float(np.average(columns, weights=weight))
+    )
+    centres = taxel_centres(kind)[rows, columns]
+    return point, normal, centres - np.outer((centres - point) @ normal, normal)

@@ -1,0 +1,73 @@
+"""From a tactile snapshot to contacts and tasks (sections II and III of the paper).
+
+Everything is expressed in a frame with the object's axes and its origin at the centre of mass.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+import graspq as gq
+from sdh_sim.objects.catalogue import ObjectInfo
+from sdh_sim.poses import rotation_of
+from sdh_sim.robot.hand import HandKinematics, torque_limits
+from sdh_sim.sensing.pad_contacts import PadContact, pad_contacts
+from sdh_sim.sensing.snapshot import TactileSnapshot
+from sdh_sim.sensing.unsensed_contacts import unsensed_contacts
+
+TASK_RADIUS = 0.02 / 3  # [m]
+TASK_SAMPLES = 20
+GRAVITY = 9.81  # [m/s^2]
+
+
+@dataclass(frozen=True)
+class PerceivedGrasp:
+    """What a metric may know of a grasp.
+
+    Attributes:
+        snapshot: what the hand sensed.
+        thing: the object as known: mass, friction, centre of mass.
+        torque_limits: of the motors (7,) [N m].
+        contacts: the pads in contact, object frame with its origin at the centre of mass.
+        task: wrenches the hand must exert against gravity, same frame, (6, m) [N, N m].
+        others: what touches besides ``contacts``: pads left out, and parts without taxels where
+            geometry shows that they touch.
+    """
+
+    snapshot: TactileSnapshot
+    thing: ObjectInfo
+    torque_limits: np.ndarray
+    contacts: tuple[PadContact, ...]
+    task: np.ndarray
+    others: tuple[PadContact, ...] = ()
+
+
+def perceive(
+    snapshot: TactileSnapshot,
+    thing: ObjectInfo,
+    torque_limit: tuple[float, float],
+    pads: str,
+    kinematics: HandKinematics,
+) -> PerceivedGrasp:
+    """Contacts and task of a snapshot; arguments as ``pad_contacts``."""
+    every = pad_contacts(snapshot, thing, torque_limit, "all", kinematics)
+    taken = [pads == "all" or contact.pad.endswith("distal") for contact in every]
+    left_out = tuple(contact for contact, kept in zip(every, taken, strict=True) if not kept)
+    return PerceivedGrasp(
+        snapshot=snapshot,
+        thing=thing,
+        torque_limits=torque_limits(torque_limit),
+        contacts=tuple(contact for contact, kept in zip(every, taken, strict=True) if kept),
+        task=gravity_task(snapshot, thing),
+        others=left_out + unsensed_contacts(snapshot, thing, kinematics),
+    )
+
+
+def gravity_task(snapshot: TactileSnapshot, thing: ObjectInfo) -> np.ndarray:
+    """Wrenches that hold the object against gravity around its centre of mass, (6, m)."""
+    down = np.array([0.0, 0.0, -GRAVITY])
+    hand = rotation_of(snapshot.hand_pose_world[3:])
+    in_object = rotation_of(snapshot.object_pose_hand[3:]).T @ hand.T @ down
+    return gq.gravity_tasks(thing.mass_kg, np.zeros(3), in_object, TASK_RADIUS, TASK_SAMPLES)

@@ -1,0 +1,137 @@
+"""The tactile arrays as a device: what they report of the pressure on their cells, frame by frame.
+
+Sources of the ``dsa`` preset: dead-weight tests of a distal pad, published as sums of counts:
+4513 F - 3953 at F newton under a stamp of 10.5 mm side, cells clipped near 3500 of 4095; slopes of
+2810, 4513 and 5074 counts/N at 0.5, 3 and 10 s after contact; 16 to 28 cells lit under 9.5. What
+is marked as an assumption is not published.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from sdh_sim.robot import sdh2_constants as c
+from sdh_sim.robot.pads import PAD_OFFSETS, TACTILE_SIZE, live_mask
+
+FRAME_RATE = 30.0  # frames per second of the real arrays
+CELL_AREA = c.TAXEL_PITCH**2  # [m^2]
+CELLS_SEED = 20170529  # of the spread and the dead cells: one hand, the same in every trial
+
+
+@dataclass(frozen=True)
+class SensorModel:
+    """One kind of array.
+
+    Attributes:
+        gain: counts per kPa above the dead zone, 3 s after contact.
+        dead_zone: pressure below which a cell reads nothing [kPa]: 21 lit cells share the 3953
+            counts (with no crosstalk 9.5 cells would, and it were 8 kPa).
+        clip: greatest reading [counts]; readings are whole counts, 12 bit.
+        crosstalk: share of a cell's pressure that each of its four neighbours takes over; 0.1
+            lights 21 cells under a stamp of 3 by 3, in the middle of the published range.
+        creep_share: share of the final reading that comes late, as in a standard linear solid.
+        creep_time: time constant of the late share [s]; both fit the three published slopes.
+        noise: standard deviation of a loaded cell's reading [counts] (assumption).
+        gain_spread: relative standard deviation of the cells' gains (assumption).
+        dead_share: share of cells that read nothing at all.
+    """
+
+    gain: float = 52.0
+    dead_zone: float = 3.6
+    clip: float = 3500.0
+    crosstalk: float = 0.1
+    creep_share: float = 0.587
+    creep_time: float = 1.85
+    noise: float = 4.0
+    gain_spread: float = 0.05
+    dead_share: float = 0.0
+
+    def counts(
+        self,
+        pressure: np.ndarray,
+        gains: float | np.ndarray = 1.0,
+        noise: float | np.ndarray = 0.0,
+    ) -> np.ndarray:
+        """Whole counts for pressures [kPa], any shape: the static part of a reading.
+
+        Args:
+            pressure: on each cell, crosstalk and creep included [kPa].
+            gains: of each cell over the nominal gain.
+            noise: of each cell [counts]; unloaded cells have none.
+        """
+        raw = (pressure - self.dead_zone) * self.gain * gains
+        return np.floor(np.clip(np.where(raw > 0.0, raw + noise, 0.0), 0.0, self.clip))
+
+
+PRESETS: dict[str, SensorModel | None] = {"dsa": SensorModel(), "ideal": None}
+"""``ideal`` reports the pressure itself."""
+
+# Slope 3 s after contact over the final one: the gain is quoted at 3 s.
+CREEP_REFERENCE = 3.0  # [s]
+
+
+class TactileSensor:
+    """The six arrays in time; ``frame`` must be called at FRAME_RATE while anything is touched.
+
+    Attributes:
+        model: the kind of array, None for an ideal one.
+    """
+
+    def __init__(self, model: SensorModel | None, rng: np.random.Generator) -> None:
+        self.model = model
+        self._rng = rng
+        self._pressure = np.zeros(TACTILE_SIZE)
+        self._late = np.zeros(TACTILE_SIZE)
+        self._gains = np.ones(TACTILE_SIZE)
+        if model is not None:
+            cells = np.random.default_rng(CELLS_SEED)
+            self._gains += model.gain_spread * cells.standard_normal(TACTILE_SIZE)
+            self._gains[cells.random(TACTILE_SIZE) < model.dead_share] = 0.0
+
+    def frame(self, forces: np.ndarray) -> None:
+        """Take in the normal force on every taxel (486,) [N], 1 / FRAME_RATE after the last."""
+        self._pressure = forces / CELL_AREA * 1e-3
+        if self.model is None:
+            return
+        self._pressure = spread_pressure(self._pressure, self.model.crosstalk)
+        decay = np.exp(-1.0 / (FRAME_RATE * self.model.creep_time))
+        self._late = self._pressure + decay * (self._late - self._pressure)
+
+    def read(self) -> np.ndarray:
+        """Readings of the last frame (486,) [kPa].
+
+        From the ``dsa`` arrays, counts over gain as a user has them: the dead zone is lost.
+        """
+        model = self.model
+        if model is None:
+            return self._pressure.copy()
+        share = model.creep_share
+        at_reference = 1.0 - share * np.exp(-CREEP_REFERENCE / model.creep_time)
+        sensed = ((1.0 - share) * self._pressure + share * self._late) / at_reference
+        noise = model.noise * self._rng.standard_normal(TACTILE_SIZE)
+        return model.counts(sensed, self._gains, noise) / model.gain
+
+
+def spread_pressure(pressure: np.ndarray, share: float) -> np.ndarray:
+    """Pressure (486,) after each cell gave a share of it to each live neighbour: the sum stays."""
+    return pressure + share * (_NEIGHBOURS @ pressure - _DEGREE * pressure)
+
+
+def _neighbours() -> sparse.csr_array:
+    """Which cells touch along an edge, (486, 486)."""
+    touch = np.zeros((TACTILE_SIZE, TACTILE_SIZE))
+    for offset, (_, kind) in zip(PAD_OFFSETS[:-1], c.PADS, strict=True):
+        live = live_mask(kind)
+        index = offset + np.arange(live.size).reshape(live.shape)
+        for first, second in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
+            both = live[first] & live[second]
+            a, b = index[first][both], index[second][both]
+            touch[a, b] = touch[b, a] = 1.0
+    return sparse.csr_array(touch)
+
+
+_NEIGHBOURS = _neighbours()
+_DEGREE = _NEIGHBOURS.sum(axis=1)

@@ -1,0 +1,125 @@
+"""Contacts that no taxel feels, found from what is known: the object's shape and pose, the hand.
+
+Palm, link sides and pad edges hold objects too. Where they touch follows from the joint angles and
+the tracked pose; how hard they press does not, so that only bounds by the motors can use them.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import mujoco
+import numpy as np
+
+import graspq as gq
+from sdh_sim.model_files import models_dir
+from sdh_sim.objects.catalogue import OBJECT, ObjectInfo, object_spec
+from sdh_sim.poses import rotation_of
+from sdh_sim.robot.hand import HandKinematics, strip_taxels
+from sdh_sim.sensing.pad_contacts import PadContact
+from sdh_sim.sensing.snapshot import TactileSnapshot
+from sdh_sim.user_references import ObjectFolder
+
+# Surfaces nearer than this count as touching: an object that settles in the rubber of the pads
+# moves by about as much.
+TOUCHING = 0.5e-3  # [m]
+
+
+def unsensed_contacts(
+    snapshot: TactileSnapshot, thing: ObjectInfo, kinematics: HandKinematics
+) -> tuple[PadContact, ...]:
+    """Where parts of the hand without taxels touch the object, one contact per point.
+
+    Args:
+        snapshot: what the hand sensed, with the pose as the tracker has it.
+        thing: the object.
+        kinematics: the hand; its posture is changed.
+
+    Returns:
+        contacts in the object's axes at its centre of mass, named by their link. Their normal
+        force is not known: g* is infinite in truth and 0 in the contact.
+    """
+    kinematics.pose(snapshot.joint_angles)
+    return tuple(
+        _contact(link, point, normal, snapshot, thing, kinematics)
+        for link, point, normal in _shapes(thing.name, thing.folder).touching(
+            kinematics.joint_positions(snapshot.joint_angles), snapshot.object_pose_hand
+        )
+    )
+
+
+def _contact(
+    link: str,
+    point: np.ndarray,
+    normal: np.ndarray,
+    snapshot: TactileSnapshot,
+    thing: ObjectInfo,
+    kinematics: HandKinematics,
+) -> PadContact:
+    rotation = rotation_of(snapshot.object_pose_hand[3:])
+    centre_of_mass = snapshot.object_pose_hand[:3] + rotation @ thing.com_m
+    linear, spin = kinematics.jacobian(link, point), kinematics.spin_jacobian(link)
+    inward = rotation.T @ normal
+    contact = gq.Contact(
+        rotation.T @ (point - centre_of_mass), inward / np.linalg.norm(inward), thing.friction, 0.0
+    )
+    return PadContact(link, contact, np.vstack((rotation.T @ linear, rotation.T @ spin)))
+
+
+class _Shapes:
+    """Collision shapes of the hand without its taxels, and of one object."""
+
+    def __init__(self, name: str, folder: ObjectFolder | None) -> None:
+        spec = mujoco.MjSpec.from_file(str(models_dir() / "schunk_sdh2" / "sdh2.xml"))
+        strip_taxels(spec)
+        frame = spec.worldbody.add_frame()
+        spec.attach(object_spec(name, folder), prefix=OBJECT, frame=frame)
+        spec.body(f"{OBJECT}object").add_freejoint(name="free")
+        self._model = model = spec.compile()
+        self._data = mujoco.MjData(model)
+        owner = [model.body(int(body)).name for body in model.geom_bodyid]
+        self._of_object = np.array([body.startswith(OBJECT) for body in owner])
+        self._link = owner
+        model.geom_margin[~self._of_object] = TOUCHING
+        free = int(model.joint("free").qposadr[0])
+        self._free = slice(free, free + 7)
+        self._hand = slice(0, free)
+        self._palm = model.body("palm").id
+
+    def touching(
+        self, joints: np.ndarray, pose: np.ndarray
+    ) -> list[tuple[str, np.ndarray, np.ndarray]]:
+        """Link, point (3,) [m] and unit normal into the object (3,), in the palm frame.
+
+        Args:
+            joints: all joint positions of the hand [rad].
+            pose: of the object in the palm frame, x y z qw qx qy qz (7,).
+        """
+        model, data = self._model, self._data
+        data.qpos[self._hand] = joints
+        mujoco.mj_kinematics(model, data)
+        palm, turn = data.xpos[self._palm].copy(), data.xquat[self._palm].copy()
+        placed = np.empty(7)
+        mujoco.mju_rotVecQuat(placed[:3], np.ascontiguousarray(pose[:3]), turn)
+        mujoco.mju_mulQuat(placed[3:], turn, np.ascontiguousarray(pose[3:]))
+        placed[:3] += palm
+        data.qpos[self._free] = placed
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_collision(model, data)
+        axes = data.xmat[self._palm].reshape(3, 3)
+        found = []
+        for k in range(data.ncon):
+            contact = data.contact[k]
+            first, second = contact.geom
+            if self._of_object[first] == self._of_object[second]:
+                continue
+            part = second if self._of_object[first] else first
+            # The contact's first axis points from the first geom to the second.
+            normal = contact.frame[:3] * (1.0 if part == first else -1.0)
+            found.append((self._link[part], axes.T @ (contact.pos - palm), axes.T @ normal))
+        return found
+
+
+@lru_cache(maxsize=16)
+def _shapes(name: str, folder: ObjectFolder | None) -> _Shapes:
+    return _Shapes(name, folder)

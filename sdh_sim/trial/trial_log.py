@@ -1,0 +1,100 @@
+"""What happened during a trial, sampled at 30 Hz: the input of recordings and pictures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from sdh_sim.cell.contacts import contact_arrows, taxel_forces
+from sdh_sim.cell.scene import Scene
+from sdh_sim.metrics.prediction import Prediction
+
+RATE = 30.0  # [Hz]
+
+
+@dataclass(frozen=True)
+class TrialLog:
+    """Time series of one trial.
+
+    Attributes:
+        scene: the compiled scene.
+        row: the trial's row of the table.
+        prediction: contacts and q*, None when the trial ended before the snapshot.
+        time: (n,) [s].
+        phase: name of the phase of every sample.
+        qpos: generalised positions (n, nq).
+        body_position: of every body (n, nbody, 3) [m] in the world.
+        body_quat: (n, nbody, 4) w x y z.
+        tactile: normal force per taxel (n, 486) [N].
+        motor_torque: (n, 7) [N m].
+        object_height: of the object's frame over its place on the table (n,) [m].
+        contact_points: per sample, contacts of the object with the hand (k, 3) [m] in the world.
+        contact_forces: per sample, force on the object at those contacts (k, 3) [N].
+    """
+
+    scene: Scene
+    row: dict[str, Any]
+    prediction: Prediction | None
+    time: np.ndarray
+    phase: tuple[str, ...]
+    qpos: np.ndarray
+    body_position: np.ndarray
+    body_quat: np.ndarray
+    tactile: np.ndarray
+    motor_torque: np.ndarray
+    object_height: np.ndarray
+    contact_points: tuple[np.ndarray, ...]
+    contact_forces: tuple[np.ndarray, ...]
+
+
+@dataclass
+class LogWriter:
+    """Collects samples; ``sample`` may be called as often as one likes."""
+
+    scene: Scene
+    _rows: dict[str, list] = field(default_factory=dict)
+    _next: float = 0.0
+
+    def sample(self, data: mujoco.MjData, phase: str) -> None:
+        """Take a sample when one is due."""
+        if data.time < self._next:
+            return
+        self._next += 1.0 / RATE
+        points, forces = contact_arrows(self.scene, data)
+        values = {
+            "time": float(data.time),
+            "phase": phase,
+            "qpos": data.qpos.copy(),
+            "body_position": data.xpos.copy(),
+            "body_quat": data.xquat.copy(),
+            "tactile": taxel_forces(self.scene, data),
+            "motor_torque": data.actuator_force[self.scene.motors].copy(),
+            "object_height": float(data.xpos[self.scene.object, 2]),
+            "contact_points": points,
+            "contact_forces": forces,
+        }
+        for key, value in values.items():
+            self._rows.setdefault(key, []).append(value)
+
+    def finish(self, row: dict[str, Any], prediction: Prediction | None) -> TrialLog:
+        """The log so far."""
+        rows = self._rows
+        height = np.array(rows["object_height"])
+        return TrialLog(
+            scene=self.scene,
+            row=row,
+            prediction=prediction,
+            time=np.array(rows["time"]),
+            phase=tuple(rows["phase"]),
+            qpos=np.array(rows["qpos"]),
+            body_position=np.array(rows["body_position"]),
+            body_quat=np.array(rows["body_quat"]),
+            tactile=np.array(rows["tactile"]),
+            motor_torque=np.array(rows["motor_torque"]),
+            object_height=height - height[0],
+            contact_points=tuple(rows["contact_points"]),
+            contact_forces=tuple(rows["contact_forces"]),
+        )

@@ -1,0 +1,283 @@
+"""Trials as rerun recordings: geometry once, then columns of what moved, pushed and was felt."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rerun as rr
+
+from sdh_sim.atomic_files import write_atomic
+from sdh_sim.errors import RunError
+from sdh_sim.objects.catalogue import object_info
+from sdh_sim.robot import sdh2_constants as c
+from sdh_sim.robot.hand import MOTOR_NAMES, torque_limits
+from sdh_sim.robot.pads import PAD_NAMES, arrays, live_mask, taxel_centres
+from sdh_sim.trial.trial_log import TrialLog
+from sdh_sim.viewing.geometry import body_path, log_geometry
+from sdh_sim.viewing.layout import (  # fmt: skip
+    FORCE_SCALE,
+    FULL_SCALE,
+    LIMIT_SCALE,
+    MOTOR_COLORS,
+    SERIES_OF_LIMIT,
+    TIMELINE,
+    blueprint,
+    heat_colors,
+)
+from sdh_sim.viewing.verdict_text import verdict_markdown
+from sdh_sim.viewing.wrench_space import cones, log_wrench_space
+
+APPLICATION = "sdh-sim"
+SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET")
+VIEWER_TIMEOUT = 30.0  # for a viewer to take a trial's data [s]
+FORCE_COLOR, CONTACT_COLOR = (230, 40, 60), (30, 110, 255)
+
+
+def write_recording(log: TrialLog, path: Path) -> None:
+    """Write the recording of a trial; the file is whole or not there.
+
+    Args:
+        log: the trial's log.
+        path: file to write; its name may end in anything.
+
+    Raises:
+        OSError: the disk refused.
+    """
+    write_atomic(Path(path), recording_bytes(log))
+
+
+def write_recordings(logs: Iterable[TrialLog], path: Path) -> None:
+    """Write one file with a recording per trial, each with a timeline of its own.
+
+    Args:
+        logs: of the trials, taken one by one.
+        path: file to write; it is whole or not there.
+
+    Raises:
+        OSError: the disk refused.
+        RunError: rerun could not join them.
+    """
+    with tempfile.TemporaryDirectory(dir=Path(path).absolute().parent, prefix=".rrd-") as folder:
+        parts = []
+        for number, log in enumerate(logs):
+            parts.append(Path(folder) / f"{number:06d}.rrd")
+            write_recording(log, parts[-1])
+        if len(parts) == 1:
+            os.replace(parts[0], path)
+            return
+        joined = Path(folder) / "joined.rrd"
+        merge = [sys.executable, "-m", "rerun_cli", "rrd", "merge"]
+        done = subprocess.run(
+            [*merge, *map(str, parts), "-o", str(joined)], capture_output=True, text=True
+        )
+        if done.returncode != 0:
+            last = (done.stderr.strip().splitlines() or ["no message"])[-1]
+            raise RunError(f"rerun could not join {len(parts)} recordings: {last}")
+        os.replace(joined, path)
+
+
+def recording_bytes(log: TrialLog) -> bytes:
+    """The recording of a trial as the bytes of a file."""
+    stream = rr.RecordingStream(APPLICATION, recording_id=recording_id(log))
+    # The stream's own file sink reports a full disk on standard error only, so the bytes come
+    # here and are written in a way that raises.
+    sink = stream.binary_stream()
+    stream.send_blueprint(blueprint(log))
+    log_trial(stream, log)
+    content = sink.read()
+    stream.disconnect()
+    if not content:
+        raise RuntimeError(f"rerun gave no bytes for {recording_id(log)}; expected a recording")
+    return content
+
+
+def spawn_viewer(log: TrialLog) -> None:
+    """Open the rerun viewer on a trial and return; the viewer stays.
+
+    Raises:
+        RunError: no screen, or no viewer could be started.
+    """
+    # Without a screen the viewer ends at once, and the stream would wait for it for ever.
+    if sys.platform == "linux" and not any(os.environ.get(name) for name in SCREENS):
+        raise RunError(
+            f"no screen for the viewer (none of {', '.join(SCREENS)} is set); "
+            "write a file instead with --save FILE.rrd or --png FILE.png"
+        )
+    # The viewer's executable lies beside the interpreter, which need not be on the path.
+    folder = str(Path(sys.executable).parent)
+    os.environ["PATH"] = os.pathsep.join([folder, os.environ.get("PATH", "")])
+    stream = rr.RecordingStream(APPLICATION, recording_id=recording_id(log))
+    try:
+        stream.spawn(default_blueprint=blueprint(log), hide_welcome_screen=True)
+        log_trial(stream, log)
+        stream.flush(timeout_sec=VIEWER_TIMEOUT)
+    except (RuntimeError, ValueError) as error:
+        raise RunError(
+            f"the rerun viewer does not answer ({str(error).splitlines()[0]}); "
+            "write a file instead with --save FILE.rrd or --png FILE.png"
+        ) from error
+
+
+def recording_id(log: TrialLog) -> str:
+    """A name that the same trial has again and another has not; a viewer merges equal names."""
+    digest = hashlib.sha256(repr(log.scene.settings).encode()).hexdigest()[:8]
+    return f"{log.row['object']}-seed{log.row['seed']}-{digest}"
+
+
+def log_trial(stream: rr.RecordingStream, log: TrialLog) -> None:
+    """Send everything of a trial into a recording stream."""
+    row = log.row
+    outcome = "held" if row["success"] else row["failure"]
+    stream.send_recording_name(f"{row['object']}, seed {row['seed']}: {outcome}")
+    stream.send_property("trial", rr.AnyValues(**_facts(log)))
+    log_geometry(stream, log.scene)
+    _log_poses(stream, log)
+    _log_touch(stream, log)
+    _log_forces(stream, log)
+    _log_prediction(stream, log)
+    _log_series(stream, log)
+    _log_phases(stream, log)
+    text = rr.TextDocument(verdict_markdown(log), media_type="text/markdown")
+    stream.log("verdict", text, static=True)
+
+
+def _facts(log: TrialLog) -> dict[str, Any]:
+    keys = (
+        "object", "seed", "success", "failure", "displacement_mm", "rotation_deg", "q_linf",
+        "q_l1", "q_reason", "contacts", "mass_kg", "friction", "approach", "preshape",
+        "sim_seconds",
+    )  # fmt: skip
+    facts = {key: log.row[key] for key in keys if log.row.get(key) is not None}
+    facts["torque_limit_nm"] = list(log.scene.settings.torque_limit)
+    facts["force_arrow_m_per_n"] = FORCE_SCALE
+    facts["g_arrow_m_per_n"] = LIMIT_SCALE
+    return facts
+
+
+def _times(log: TrialLog) -> rr.TimeColumn:
+    return rr.TimeColumn(TIMELINE, duration=log.time)
+
+
+def _log_poses(stream: rr.RecordingStream, log: TrialLog) -> None:
+    model = log.scene.model
+    quat = log.body_quat[:, :, [1, 2, 3, 0]]  # MuJoCo has w first, rerun last
+    for body in range(1, model.nbody):
+        path = body_path(model, body)
+        if model.body_weldid[body] == 0:  # fixed to the world
+            pose = rr.Transform3D(translation=log.body_position[0, body], quaternion=quat[0, body])
+            stream.log(path, pose, static=True)
+        else:
+            columns = rr.Transform3D.columns(
+                translation=log.body_position[:, body], quaternion=quat[:, body]
+            )
+            stream.send_columns(path, [_times(log)], columns)
+
+
+def _log_touch(stream: rr.RecordingStream, log: TrialLog) -> None:
+    """Per pad an image of forces [N], and the taxels as coloured points on the link."""
+    frames = [arrays(sample) for sample in log.tactile]
+    for index, (_finger, kind) in enumerate(c.PADS):
+        which = 0 if kind == "proximal" else 1
+        live = live_mask(kind)
+        forces = np.array([frame[which][index % 3] for frame in frames], dtype=np.float32)
+        name = PAD_NAMES[index]
+        rows, columns = forces.shape[1:]
+        layout = rr.components.ImageFormat(
+            width=columns, height=rows, channel_datatype=rr.ChannelDatatype.F32
+        )
+        style = rr.DepthImage.from_fields(
+            format=layout, meter=1.0, colormap="inferno", depth_range=[0.0, FULL_SCALE]
+        )
+        path = f"tactile/{name}"
+        stream.log(path, style, static=True)
+        buffers = forces.reshape(len(forces), -1).view(np.uint8)
+        stream.send_columns(path, [_times(log)], rr.DepthImage.columns(buffer=buffers))
+
+        points = f"{body_path(log.scene.model, log.scene.model.body(f'hand/{name}').id)}/taxels"
+        stream.log(
+            points,
+            rr.Points3D(taxel_centres(kind)[live], radii=0.4 * c.TAXEL_PITCH),
+            static=True,
+        )
+        colors = heat_colors(forces[:, live])
+        columns = rr.Points3D.columns(colors=colors.reshape(-1))
+        stream.send_columns(points, [_times(log)], columns.partition([live.sum()] * len(forces)))
+
+
+def _log_forces(stream: rr.RecordingStream, log: TrialLog) -> None:
+    """Forces on the object, arrows from the contact into the object, which is seen through."""
+    lengths = [len(points) for points in log.contact_points]
+    forces = np.concatenate(log.contact_forces) * FORCE_SCALE
+    points = np.concatenate(log.contact_points)
+    path = "world/contact_forces"
+    stream.log(path, rr.Arrows3D.from_fields(colors=FORCE_COLOR, radii=0.0012), static=True)
+    columns = rr.Arrows3D.columns(origins=points, vectors=forces)
+    stream.send_columns(path, [_times(log)], columns.partition(lengths))
+
+
+def _log_prediction(stream: rr.RecordingStream, log: TrialLog) -> None:
+    """What the prediction used, from the snapshot on: normals as long as g*, cones, spaces."""
+    if log.prediction is None or not log.prediction.contacts:
+        return
+    contacts = [pad.contact for pad in log.prediction.contacts]
+    normals = np.array([k.normal * k.max_normal_force * LIMIT_SCALE for k in contacts])
+    # The prediction's frame is the object's, moved to the centre of mass.
+    settings = log.scene.settings
+    com = object_info(settings.object, settings.folder).com_m
+    at = np.array([k.position for k in contacts]) + com
+    lift = next((k for k, name in enumerate(log.phase) if name == "lift"), len(log.time) - 1)
+    stream.set_time(TIMELINE, duration=float(log.time[lift]))
+    thing = body_path(log.scene.model, log.scene.object)
+    stream.log(f"{thing}/friction_cones", cones(log.prediction.contacts, com))
+    log_wrench_space(stream, log.prediction)
+    stream.log(
+        f"{thing}/predicted_contacts",
+        rr.Arrows3D(
+            origins=at - normals, vectors=normals, colors=CONTACT_COLOR, radii=0.0012,
+            labels=[f"{p.pad} g* {p.contact.max_normal_force:.1f} N"
+                    for p in log.prediction.contacts],
+            show_labels=False,
+        ),
+    )  # fmt: skip
+
+
+def _log_series(stream: rr.RecordingStream, log: TrialLog) -> None:
+    for index, name in enumerate(MOTOR_NAMES):
+        path = f"torque/{name}"
+        style = rr.SeriesLines(colors=MOTOR_COLORS[index], names=name, widths=1.5)
+        stream.log(path, style, static=True)
+        values = rr.Scalars.columns(scalars=log.motor_torque[:, index])
+        stream.send_columns(path, [_times(log)], values)
+    limits = torque_limits(log.scene.settings.torque_limit)
+    ends = log.time[[0, -1]]
+    for name, motor, color in SERIES_OF_LIMIT:
+        path = f"torque/limit_{motor.rpartition('_')[2]}"
+        limit = limits[MOTOR_NAMES.index(motor)]
+        style = rr.SeriesLines(colors=color, names=f"limit {name}", widths=3.0)
+        stream.log(path, style, static=True)
+        values = rr.Scalars.columns(scalars=[limit, limit])
+        stream.send_columns(path, [rr.TimeColumn(TIMELINE, duration=ends)], values)
+    style = rr.SeriesLines(colors=(40, 170, 90), names="object height [mm]", widths=2.0)
+    stream.log("object_height", style, static=True)
+    values = rr.Scalars.columns(scalars=log.object_height * 1e3)
+    stream.send_columns("object_height", [_times(log)], values)
+
+
+def _log_phases(stream: rr.RecordingStream, log: TrialLog) -> None:
+    starts = [k for k in range(len(log.phase)) if k == 0 or log.phase[k] != log.phase[k - 1]]
+    texts = [log.phase[k] for k in starts]
+    outcome = "held" if log.row["success"] else f"failed: {log.row['failure']}"
+    times = rr.TimeColumn(TIMELINE, duration=log.time[[*starts, len(log.time) - 1]])
+    columns = rr.TextLog.columns(
+        text=[*texts, outcome],
+        level=["INFO"] * len(texts) + ["INFO" if log.row["success"] else "WARN"],
+    )
+    stream.send_columns("phase", [times], columns)

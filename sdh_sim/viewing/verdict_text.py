@@ -1,0 +1,50 @@
+"""The verdict on a trial in words."""
+
+from __future__ import annotations
+
+import math
+
+from sdh_sim.trial.trial_log import TrialLog
+from sdh_sim.viewing.layout import FORCE_SCALE, LIMIT_SCALE
+
+
+def verdict_markdown(log: TrialLog) -> str:
+    """What was predicted and what happened, as Markdown."""
+    row = log.row
+    limit = log.scene.settings.torque_limit
+    outcome = "held" if row["success"] else f"failed: {row['failure']}"
+    contacts = "-"
+    if log.prediction is not None and log.prediction.contacts:
+        contacts = ", ".join(
+            f"{p.pad} {p.contact.max_normal_force:.1f} N" for p in log.prediction.contacts
+        )
+    facts = [
+        ("object", f"{row['object']}, {row['mass_kg']:.3f} kg, friction {row['friction']:.2f}, "
+                   f"seed {row['seed']}"),
+        ("motion in the hand", f"{_number(row['displacement_mm'], 'mm')}, "
+                               f"{_number(row['rotation_deg'], '°')}"),
+        ("q* L∞, q* L1", f"{_number(row.get('q_linf'))}, {_number(row.get('q_l1'))}"
+                         + (f" ({row['q_reason']})" if row.get("q_reason") else "")),
+        ("contacts, g*", contacts),
+        ("torque limit", f"{limit[0]:.3f} N m, distal {limit[1]:.3f} N m"),
+        ("plan", f"{row['approach']}, {row['preshape']}, height {row['plan_height_m'] * 1e3:.0f} "
+                 f"mm, roll {math.degrees(row['plan_roll_rad']):.0f}°, "
+                 f"tilt {math.degrees(row['plan_tilt_rad']):.0f}°"),
+    ]  # fmt: skip
+    table = [f"| {name} | {text} |" for name, text in facts]
+    lines = [f"## {outcome}", "", table[0], "|---|---|", *table[1:]]
+    lines += [
+        "",
+        "A value of q* above 1 predicts that the object is held. Arrows: red are contact forces, "
+        f"{FORCE_SCALE * 1e3:.0f} mm/N; blue are the contacts of the prediction, as long as their "
+        f"g*, {LIMIT_SCALE * 1e3:.0f} mm/N, with their friction cones. The wrench space shows the "
+        "forces that the contacts can exert on the object, L1 (orange) inside L∞ (blue), and the "
+        "weight (red).",
+    ]
+    return "\n".join(lines)
+
+
+def _number(value: float | None, unit: str = "") -> str:
+    if value is None or math.isnan(value):
+        return "-"
+    return f"{value:.2f} {unit}".rstrip()

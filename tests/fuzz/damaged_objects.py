@@ -1,0 +1,235 @@
+"""Feeds damaged object folders (TOML, MJCF, meshes) to what reads them.
+
+    python tests/fuzz_objects.py --seconds 3600 --seed 7
+
+Only ObjectError with one line may come out, within bounded time and memory. An input that gives
+anything else, or kills the process, stays in the folder that is printed first.
+"""
+
+from __future__ import annotations
+
+import argparse
+import base64
+import json
+import resource
+import struct
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+if __name__ == "__main__":
+    sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parent)]
+
+from sdh_sim.errors import SettingsError
+from sdh_sim.objects.catalogue import user_object
+from tests.fuzz.damaged_runs import mutated
+
+MEMORY = 6 << 30  # [bytes] of address space: a claim of more must be refused, not tried
+SLOWEST = 20.0  # [s] for one input
+
+TOML = """name = "thing"
+mass = 0.4
+friction = 0.6
+com = [0.0, 0.0, 0.01]
+inertia = [1e-3, 1e-3, 5e-4, 0.0, 0.0, 0.0]
+scale = 1.0
+up = "z"
+hull = false
+[grasp]
+side = 0.5
+wide = 0.2
+offset = 0.005
+yaw = 0.2
+"""
+MJCF = """<?xml version="1.0"?>
+<mujoco model="thing">
+  <compiler angle="degree" meshdir="assets" eulerseq="xyz"/>
+  <default>
+    <default class="solid"><geom contype="1" conaffinity="1" group="3" rgba="1 0 0 1"/></default>
+  </default>
+  <asset>
+    <mesh name="body" file="body.stl" scale="1 1 1"/>
+    <material name="red" rgba="1 0 0 1" specular="0.2"/>
+  </asset>
+  <worldbody>
+    <body name="thing" pos="0 0 0.06">
+      <freejoint/>
+      <geom name="a" class="solid" type="mesh" mesh="body"/>
+      <geom name="b" class="solid" type="cylinder" size="0.02 0.03" pos="0 0 0.03" euler="0 0 30"/>
+      <geom name="c" type="box" size="0.02 0.02 0.01" quat="1 0 0 0" contype="0" conaffinity="0"/>
+      <geom name="d" type="capsule" size="0.01" fromto="0 0 0 0 0 0.05" material="red"/>
+      <geom name="e" type="ellipsoid" size="0.02 0.02 0.03"/>
+      <geom name="f" type="sphere" size="0.02"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+_WORDS = (
+    *("nan", "inf", "-inf", "1e308", "-1", "0", "1e-300", "99999999999999999999", "0x1p3", "1 2 3"),
+    *(
+        "",
+        "..",
+        "../../etc/passwd",
+        "/etc/passwd",
+        "object.toml",
+        "assets",
+        "a" * 3000,
+        "\0",
+        "\x1b",
+    ),
+    *("plane", "hfield", "sdf", "mesh", "box", "true", "[]", "{}", "[[1]]", '"x"', "é", "\u202e"),
+    *(
+        "<include file='/etc/passwd'/>",
+        "<plugin plugin='x'/>",
+        "<extension/>",
+        "<body/>",
+        "<geom/>",
+    ),
+    *(
+        "<joint/>",
+        "<keyframe/>",
+        "<!DOCTYPE a [<!ENTITY b 'c'>]>",
+        "&b;",
+        "<![CDATA[",
+        "<!--",
+        "-->",
+    ),
+    *("<flex/>", "<skin/>", "<replicate count='9999999'><geom/></replicate>", "<composite/>"),
+    *("user", "solref", "margin", "density", "mass", "fitscale", "content_type", "<numeric/>"),
+)
+
+
+def words_changed(text: bytes, rng: np.random.Generator) -> bytes:
+    """The text with a few of its words replaced, doubled or dropped."""
+    for _ in range(int(rng.integers(1, 4))):
+        at = int(rng.integers(len(text) + 1))
+        end = min(len(text), at + int(rng.integers(0, 12)))
+        if rng.integers(2):  # the value between two quotation marks
+            start = text.find(b'"', at) + 1
+            stop = text.find(b'"', start)
+            if 0 < start < stop:
+                at, end = start, stop
+        word = _WORDS[int(rng.integers(len(_WORDS)))].encode("utf-8", "surrogatepass")
+        if rng.integers(2):  # plausible numbers go on where words are refused
+            count = max(1, text[at:end].count(b" ") + 1)
+            values = rng.choice([0.0, 1.0, -1.0, 0.01, 1e-9, 90.0], count) * rng.normal(1, 0.3)
+            word = " ".join(f"{v:.6g}" for v in values).encode()
+        text = text[:at] + word + text[end:]
+    return text
+
+
+def meshes() -> dict[str, bytes]:
+    """One small mesh in every format."""
+    box = trimesh.creation.box((0.06, 0.07, 0.12))
+    other = trimesh.creation.icosphere(1, 0.03)
+    other.apply_translation((0.0, 0.0, 0.09))
+    both = trimesh.Scene([box, other])
+    found: dict[str, bytes] = {}
+    for ending in ("stl", "obj", "ply", "off", "glb"):
+        found[ending] = _bytes(box.export(file_type=ending))
+    found["stl ascii"] = _bytes(box.export(file_type="stl_ascii"))
+    found["ply ascii"] = _bytes(box.export(file_type="ply", encoding="ascii"))
+    found["glb two"] = _bytes(both.export(file_type="glb"))
+    found["obj two"] = b"o a\n" + found["obj"] + b"o b\n" + found["obj"].replace(b"f ", b"g x\nf ")
+    size = struct.unpack_from("<I", found["glb"], 12)[0]
+    document = json.loads(found["glb"][20 : 20 + size])
+    body = base64.b64encode(found["glb"][28 + size :]).decode()
+    document["buffers"][0]["uri"] = "data:application/octet-stream;base64," + body
+    found["gltf"] = json.dumps(document).encode()
+    return found
+
+
+def _bytes(data: object) -> bytes:
+    return data.encode() if isinstance(data, str) else bytes(data)  # pyright: ignore
+
+
+class Fuzzer:
+    """A folder of an object and the ways to damage it."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path / "thing"
+        self.meshes = meshes()
+        (self.path / "assets").mkdir(parents=True)
+
+    def damage(self, rng: np.random.Generator) -> str:
+        """Write a folder with one damaged file; says which."""
+        for old in (*self.path.glob("*.*"), *self.path.glob("assets/*")):
+            old.unlink()
+        facts, kind = TOML.encode(), str(rng.choice(sorted(self.meshes)))
+        change = words_changed if rng.integers(2) else mutated
+        match int(rng.integers(8)):
+            case 0 | 1:
+                facts, what = change(facts, rng), "toml"
+                (self.path / "m.stl").write_bytes(self.meshes["stl"])
+            case 2 | 3 | 4:
+                what = "mjcf"
+                (self.path / "thing.xml").write_bytes(change(MJCF.encode(), rng))
+                (self.path / "assets" / "body.stl").write_bytes(self.meshes["stl"])
+            case 5:
+                what = "mjcf mesh"
+                (self.path / "thing.xml").write_bytes(MJCF.encode())
+                (self.path / "assets" / "body.stl").write_bytes(mutated(self.meshes["stl"], rng))
+            case _:
+                what = kind
+                data = self.meshes[kind]
+                binary = kind in ("stl", "ply", "glb", "glb two")
+                data = mutated(data, rng) if binary or rng.integers(2) else words_changed(data, rng)
+                (self.path / f"m.{kind.split()[0]}").write_bytes(data)
+        if what not in ("toml",) and rng.integers(4):
+            # Nothing but the shape decides.
+            facts = b'mass = 0.4\nfriction = 0.6\nhull = true\nname = "thing"\n'
+        (self.path / "object.toml").write_bytes(facts)
+        return what
+
+
+def fuzz(path: Path, seconds: float, seed: int) -> Counter[str]:
+    """Damage and read for so long; how many inputs of each kind were refused or read.
+
+    Raises:
+        AssertionError: something but an ObjectError of one line came out, or too late.
+    """
+    fuzzer = Fuzzer(path)
+    counts = Counter[str]()
+    stop = time.monotonic() + seconds
+    number = 0
+    while time.monotonic() < stop:
+        rng = np.random.default_rng([seed, number])
+        kind = fuzzer.damage(rng)
+        where = f"seed {seed}, input {number} ({kind})"
+        number += 1
+        begin = time.monotonic()
+        try:
+            thing = user_object(fuzzer.path)
+            model = thing.spec.compile()
+            assert np.isfinite(model.body_mass).all(), where
+            assert model.nplugin == model.nkey == model.nu == model.njnt == 0, where
+            counts[f"{kind} read"] += 1
+        except SettingsError as error:
+            text = str(error)
+            assert text.startswith("object: "), f"{where}: {text!r}"
+            assert text.isprintable(), f"{where}: {text!r}"
+            assert len(text) < 1500, f"{where}: too long"
+            counts[f"{kind} refused"] += 1
+        except AssertionError:
+            raise
+        except BaseException as error:
+            raise AssertionError(where) from error
+        assert time.monotonic() - begin < SLOWEST, f"{where}: took {time.monotonic() - begin:.0f} s"
+    return counts
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--seed", type=int, default=0)
+    asked = parser.parse_args()
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    place = Path(tempfile.mkdtemp())
+    print(place, flush=True)
+    for name, count in sorted(fuzz(place, asked.seconds, asked.seed).items()):
+        print(f"{name}: {count}")

@@ -1,0 +1,44 @@
+"""Damaged trials.parquet, shards and run.json give clear errors; SDH_SIM_FUZZ_SECONDS for more."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from sdh_sim.errors import RunError, SettingsError
+from sdh_sim.runs.folder import RunFolder
+from tests.support.repository import ROOT
+from tests.support.trial_stand_ins import plan
+
+
+def test_damaged_files_give_clear_errors(tmp_path):
+    # In a process of its own: a crash in native code would take the tests with it.
+    seconds = float(os.environ.get("SDH_SIM_FUZZ_SECONDS", "4"))
+    seed = 0 if seconds < 10 else int(np.random.default_rng().integers(2**31))
+    done = subprocess.run(
+        [sys.executable, "tests/fuzz_run.py", "--seconds", str(seconds), "--seed", str(seed)],
+        cwd=ROOT,
+        env={**os.environ, "TMPDIR": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        timeout=seconds + 60,
+        check=False,
+    )
+    assert done.returncode == 0, f"seed {seed}: {done.stderr}"
+    for kind in ("table bytes", "table content", "run.json bytes", "run.json content"):
+        assert f"{kind} refused: " in done.stdout
+
+
+def test_a_run_json_cannot_ask_for_any_amount_of_memory(tmp_path):
+    many = [f"object {i}" for i in range(1000)]
+    with pytest.raises(SettingsError, match="allowed are 10000000 in all"):
+        plan(1_000_000, tuple(many))
+    with pytest.raises(SettingsError, match="got 1001; allowed are 1000"):
+        plan(1, (*many, "box"))
+    (tmp_path / "run.json").write_text("[" * 5_000_000)
+    with pytest.raises(RunError, match="damaged"):
+        RunFolder(tmp_path).read_plan()

@@ -1,0 +1,220 @@
+"""The comparison's numbers against hand counts, definitions and SciPy."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+import scipy.stats
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sdh_sim import records
+from sdh_sim.analysis import comparison as compare
+from sdh_sim.analysis import resampling as bootstrap
+from sdh_sim.analysis.comparison import auc, auc_interval, compare_scores, compare_table
+from sdh_sim.analysis.proportion import Rate
+
+T, F = True, False
+
+
+def test_hand_counted_confusion():
+    #            tp   tp   fn   fp   tn   tn   tn   (1.0 is not above 1; null is 0)
+    scores = [2.0, 1.5, 1.0, 1.1, 0.2, 0.9, np.nan]
+    success = [T, T, T, F, F, F, F]
+    result = compare_scores(np.array(scores), np.array(success))
+    assert (result.tp, result.fn, result.fp, result.tn) == (2, 1, 1, 3)
+    assert result.n == 7
+    assert result.success.value == 3 / 7
+    assert result.accuracy.value == 5 / 7
+    assert result.true_positive_rate.value == 2 / 3
+    assert result.false_positive_rate.value == 1 / 4
+    assert result.missing == 1
+    # Of the 12 pairs only (1.0, 1.1) is the wrong way round.
+    assert result.auc == 11 / 12
+
+
+def test_a_missing_score_ranks_as_zero_not_below():
+    result = compare_scores(np.array([0.0, np.nan]), np.array([T, F]))
+    assert result.auc == 0.5
+
+
+def test_infinite_scores_rank():
+    result = compare_scores(np.array([np.inf, -np.inf, 0.5]), np.array([T, F, F]))
+    assert result.auc == 1.0
+    assert (result.tp, result.tn) == (1, 2)
+
+
+@given(
+    st.lists(
+        st.tuples(st.sampled_from([0.0, 0.5, 1.0, 1.5, 2.0]), st.booleans()),
+        min_size=2,
+        max_size=40,
+    )
+)
+def test_auc_is_the_definition_and_mann_whitney(pairs):
+    scores = np.array([score for score, _ in pairs])
+    success = np.array([flag for _, flag in pairs])
+    good, bad = scores[success], scores[~success]
+    area = auc(scores, success)
+    if not len(good) or not len(bad):
+        assert area is None
+        return
+    by_pairs = np.mean([(g > b) + 0.5 * (g == b) for g, b in itertools.product(good, bad)])
+    u = scipy.stats.mannwhitneyu(good, bad).statistic
+    assert area == pytest.approx(by_pairs, abs=1e-12)
+    assert area == pytest.approx(u / (len(good) * len(bad)), abs=1e-12)
+
+
+@pytest.mark.parametrize(("k", "n"), [(0, 5), (5, 5), (1, 7), (30, 80), (440, 584)])
+def test_wilson_interval_is_scipys(k, n):
+    low, high = Rate(k, n).interval or (None, None)
+    truth = scipy.stats.binomtest(k, n).proportion_ci(0.95, method="wilson")
+    assert low == pytest.approx(truth.low, abs=1e-12)
+    assert high == pytest.approx(truth.high, abs=1e-12)
+
+
+def test_a_rate_of_nothing_is_undefined():
+    assert Rate(0, 0).value is None
+    assert Rate(0, 0).interval is None
+    result = compare_scores(np.array([2.0, 0.5]), np.array([T, T]))
+    assert result.false_positive_rate.value is None
+    assert result.true_positive_rate.value == 0.5
+    assert result.auc is None
+    assert result.auc_interval is None
+    empty = compare_scores(np.array([]), np.array([], dtype=bool))
+    assert empty.n == 0
+    assert empty.accuracy.value is None
+
+
+def test_bootstrap_resamples_the_definition():
+    rng = np.random.default_rng(3)
+    scores = np.round(rng.normal(size=40) + np.repeat([0, 1], 20), 1)  # rounded: ties
+    success = np.repeat([False, True], 20)
+    low, high = auc_interval(scores, success, np.random.default_rng(0), 4000) or (0, 0)
+    plain = []
+    for _ in range(4000):
+        drawn = np.concatenate([rng.choice(20, 20), 20 + rng.choice(20, 20)])
+        plain.append(auc(scores[drawn], success))
+    assert (low, high) == pytest.approx(np.quantile(plain, [0.025, 0.975]), abs=0.02)
+    area = auc(scores, success)
+    assert area is not None
+    assert low < area < high
+
+
+def test_bootstrap_in_blocks_is_the_same_statistic(monkeypatch):
+    scores, success = np.arange(10.0) % 7, np.arange(10) % 2 == 0
+    whole = auc_interval(scores, success, np.random.default_rng(1), 4000)
+    monkeypatch.setattr(bootstrap, "_CHUNK", 1000)
+    assert auc_interval(scores, success, np.random.default_rng(1), 4000) == pytest.approx(
+        whole, abs=0.03
+    )
+
+
+def test_bootstrap_needs_two_of_each_class():
+    assert (
+        auc_interval(np.array([1.0, 2.0, 3.0]), np.array([T, F, F]), np.random.default_rng(0))
+        is None
+    )
+
+
+def test_perfect_separation_and_its_mirror():
+    scores, success = np.arange(8.0), np.arange(8) >= 4
+    assert compare_scores(scores, success).auc == 1.0
+    assert compare_scores(scores, success).auc_interval == (1.0, 1.0)
+    assert compare_scores(-scores, success).auc == 0.0
+
+
+def test_shapes_that_do_not_match_are_refused():
+    with pytest.raises(ValueError, match=r"\(2,\) and success \(3,\)"):
+        compare_scores(np.zeros(2), np.zeros(3, dtype=bool))
+
+
+def table(rows):
+    return records.to_table(
+        {
+            "trial": i,
+            "object": name,
+            "seed": i,
+            "success": failure == "none",
+            "failure": failure,
+            "q_linf": q_linf,
+            "q_l1": q_l1,
+        }
+        for i, (name, failure, q_linf, q_l1) in enumerate(rows)
+    )
+
+
+ROWS = [
+    ("box", "none", 2.0, 0.9),
+    ("box", "slipped", 1.2, 0.4),
+    ("box", "unstable_simulation", 9.0, 9.0),
+    ("box", "no_contact", None, None),
+    ("oval_bottle", "none", 0.8, 0.3),
+    ("oval_bottle", "dropped", 0.5, 0.2),
+]
+
+
+def test_table_by_object_and_overall():
+    results = compare_table(table(ROWS))
+    assert [(r.group, r.metric) for r in results] == [
+        (group, metric)
+        for group in ("box", "oval_bottle", "overall")
+        for metric in ("q_linf", "q_l1")
+    ]
+    box, _, bottle, _, overall, overall_l1 = results
+    assert (box.tp, box.fp, box.tn, box.fn) == (1, 1, 1, 0)
+    assert (box.unstable, box.missing) == (1, 1)
+    assert (bottle.tp, bottle.fp, bottle.tn, bottle.fn) == (0, 0, 1, 1)
+    assert bottle.auc == 1.0
+    assert (overall.n, overall.unstable, overall.missing) == (5, 1, 1)
+    assert overall.auc == pytest.approx(5 / 6)
+    assert (overall_l1.tp, overall_l1.fp) == (0, 0)
+    assert overall_l1.auc == pytest.approx(5 / 6)
+
+
+def test_one_object_has_no_overall():
+    assert [r.group for r in compare_table(table(ROWS[:4]))] == ["box", "box"]
+
+
+def test_csv_row_matches_the_header():
+    result = compare_table(table(ROWS))[0]
+    cells = dict(zip(compare.CSV_HEADER, compare.csv_row(result), strict=True))
+    assert cells["object"] == "box"
+    assert cells["tp"] == "1"
+    assert float(cells["accuracy"]) == 2 / 3
+    assert cells["unstable_excluded"] == cells["missing_metric"] == "1"
+    only = compare_table(table(ROWS[:1]))[0]
+    cells = dict(zip(compare.CSV_HEADER, compare.csv_row(only), strict=True))
+    assert cells["auc"] == cells["false_positive_rate"] == cells["fpr_low"] == ""
+
+
+@pytest.mark.parametrize("failure", ["unstable_simulation", "error"])
+def test_trials_without_truth_do_not_count(failure):
+    if failure not in records.FAILURES:
+        pytest.skip(f"no such failure: {failure}")
+    result = compare_table(table([*ROWS[:2], ("box", failure, 9.0, 9.0)]))[0]
+    assert (result.n, result.unstable) == (2, 1)
+
+
+def test_rates_of_failures_add_up():
+    result = compare_scores(np.array([2.0, 0.5, 3.0]), np.array([T, F, F]))
+    assert (result.true_negative_rate.k, result.false_positive_rate.k) == (1, 1)
+    assert result.true_negative_rate.n == 2
+    cells = dict(zip(compare.CSV_HEADER, compare.csv_row(result), strict=True))
+    assert cells["true_negative_rate"] == "0.5"
+
+
+def test_a_volume_has_no_boundary_and_no_zero():
+    full = records.to_table(
+        {"trial": i, "object": "box", "seed": i, "success": i > 1,
+         "failure": "none" if i > 1 else "dropped", "volume_l1": (None, 2.0, 1.0, 3.0)[i]}
+        for i in range(4)
+    )  # fmt: skip
+    (result,) = compare_table(full, ("volume_l1",))
+    assert (result.n, result.missing, result.auc) == (3, 1, 0.5)
+    assert not result.has_boundary
+    cells = dict(zip(compare.CSV_HEADER, compare.csv_row(result), strict=True))
+    assert cells["threshold"] == cells["accuracy"] == cells["tp"] == ""
+    assert cells["n"] == "3"

@@ -1,0 +1,297 @@
+"""Curves, thresholds, paired tests and ratios against numbers worked out by hand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import scipy.stats
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sdh_sim.analysis import comparison as compare
+from sdh_sim.analysis.curves import GRID, precision_recall, roc
+from sdh_sim.analysis.load_agreement import agree, spearman
+from sdh_sim.analysis.paired_metrics import compare_pair, mcnemar
+from sdh_sim.analysis.resampling import Ladder, stratified_weights
+from sdh_sim.analysis.thresholds import (
+    assign_folds,
+    best_threshold,
+    calibrate,
+    cross_validate,
+    threshold_for,
+)
+
+T, F = True, False
+FEW = 200  # resamples where the interval is not what is tested
+
+
+def rng(seed: int = 0) -> np.random.Generator:
+    return np.random.default_rng(seed)
+
+
+def cases(rounded: bool = True) -> tuple[np.ndarray, np.ndarray]:
+    """80 trials with ties, successes higher by one on average."""
+    draw = rng(5)
+    success = np.repeat([F, T], [45, 35])
+    scores = draw.normal(size=80) + success
+    return (np.round(scores, 1) if rounded else scores), success
+
+
+def test_resamples_keep_the_class_sizes():
+    success = np.array([T, T, F, T, F])
+    rows = np.concatenate(list(stratified_weights(success, rng(), 50)))
+    assert rows.shape == (50, 5)
+    assert (rows[:, success].sum(axis=1) == 3).all()
+    assert (rows[:, ~success].sum(axis=1) == 2).all()
+    assert len(np.unique(rows, axis=0)) > 10
+
+
+def test_ladder_counts_by_hand():
+    scores = np.array([1.0, 3.0, 1.0, 2.0, 3.0])
+    ladder = Ladder.of(scores, np.array([T, T, F, F, T]))
+    assert ladder.levels.tolist() == [3, 2, 1]
+    good, bad = ladder.counts()
+    assert (good.tolist(), bad.tolist()) == ([[2, 2, 3]], [[0, 1, 2]])
+    good, bad = ladder.counts(np.array([[5, 1, 0, 2, 0]]))
+    assert (good.tolist(), bad.tolist()) == ([[1, 1, 6]], [[0, 2, 2]])
+
+
+def test_roc_of_four_trials():
+    curve = roc(np.array([3.0, 2.0, 1.0, 0.0]), np.array([T, F, T, F]), rng(), FEW)
+    assert curve is not None
+    assert curve.x.tolist() == [0, 0, 0.5, 0.5, 1]
+    assert curve.y.tolist() == [0, 0.5, 0.5, 1, 1]
+    assert curve.thresholds.tolist() == [np.inf, 3, 2, 1, 0]
+    assert curve.area == 0.75
+
+
+def test_roc_area_is_the_comparisons_area_and_interval():
+    scores, success = cases()
+    curve = roc(scores, success, rng(0))
+    assert curve is not None
+    assert curve.area == pytest.approx(compare.auc(scores, success), abs=1e-12)
+    assert curve.area_interval == compare.auc_interval(scores, success, rng(0))
+
+
+def test_roc_band_holds_the_curve_and_the_truth():
+    scores, success = cases(rounded=False)
+    curve = roc(scores, success, rng(0), 1000)
+    assert curve is not None
+    middle = slice(5, 96)
+    at = np.interp(GRID, curve.x + np.arange(len(curve.x)) * 1e-12, curve.y)
+    assert (curve.low[middle] <= at[middle] + 1e-9).all()
+    assert (curve.high[middle] >= at[middle] - 1e-9).all()
+    # At a fixed false positive rate of one half, by resampling trials one by one.
+    values = []
+    draw = rng(1)
+    for _ in range(1500):
+        good, bad = draw.choice(scores[success], 35), draw.choice(scores[~success], 45)
+        values.append((good > np.sort(bad)[::-1][22]).mean())
+    expected = np.quantile(values, [0.025, 0.975])
+    assert (curve.low[50], curve.high[50]) == pytest.approx(expected, abs=0.05)
+
+
+def test_separated_classes_leave_no_doubt():
+    scores, success = np.arange(8.0), np.arange(8) >= 4
+    curve, pr = roc(scores, success, rng(), FEW), precision_recall(scores, success, rng(), FEW)
+    assert curve is not None
+    assert pr is not None
+    assert (curve.low == 1).all()
+    assert (curve.area_interval, pr.area_interval) == ((1, 1), (1, 1))
+    assert (pr.low == 1).all()
+
+
+def test_precision_recall_of_four_trials():
+    # Precision 1 up to recall 1/2, then 2/3 up to recall 1: average 1/2 + 1/3.
+    curve = precision_recall(np.array([3.0, 2.0, 1.0, 0.0]), np.array([T, F, T, F]), rng(), FEW)
+    assert curve is not None
+    assert curve.x.tolist() == [0.5, 0.5, 1, 1]
+    assert curve.y == pytest.approx([1, 1 / 2, 2 / 3, 1 / 2])
+    assert curve.area == pytest.approx(5 / 6)
+
+
+def test_one_score_for_all_has_the_base_rate_as_precision():
+    success = np.array([T, T, F, F, F])
+    curve = precision_recall(np.zeros(5), success, rng(), FEW)
+    assert curve is not None
+    assert (curve.x.tolist(), curve.y.tolist(), curve.area) == ([1], [0.4], 0.4)
+    assert curve.area_interval == (0.4, 0.4)
+
+
+def test_curves_need_two_of_each():
+    scores = np.array([1.0, 2.0, 3.0])
+    assert roc(scores, np.array([T, F, F]), rng()) is None
+    assert precision_recall(scores, np.array([T, F, F]), rng()) is None
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "p"),
+    [
+        (0, 0, 1.0),
+        (5, 5, 1.0),
+        (1, 9, 22 / 1024),  # 2 (1 + 10) / 2^10
+        (9, 1, 22 / 1024),
+        (0, 6, 2 / 64),
+        (3, 5, 2 * 93 / 256),  # 2 (1 + 8 + 28 + 56) / 2^8
+    ],
+)
+def test_mcnemar_by_hand(first, second, p):
+    assert mcnemar(first, second) == pytest.approx(p, rel=1e-12)
+
+
+def test_pair_by_hand():
+    first = np.array([2.0, 2.0, 2.0, 2.0, 0.5, 3.0])
+    second = np.array([0.5, 0.5, 0.6, 1.5, 2.0, 0.1])
+    success = np.array([T, F, T, T, F, T])
+    pair = compare_pair(first, second, success, 1.0, rng(), FEW)
+    # They agree on the fourth only.
+    assert (pair.disagree.k, pair.n) == (5, 6)
+    assert (pair.only_first_right, pair.only_second_right) == (4, 1)
+    assert (pair.first_optimistic.k, pair.first_optimistic.n) == (3, 4)
+    assert (pair.second_optimistic.k, pair.second_optimistic.n) == (0, 1)
+    assert pair.p_value == pytest.approx(12 / 32)
+    areas = [compare.auc(q, success) or 0.0 for q in (first, second)]
+    assert pair.area_difference == pytest.approx(areas[0] - areas[1])
+
+
+def test_area_difference_is_paired():
+    scores, success = cases()
+    same = compare_pair(scores, 0.5 * scores, success, 1.0, rng(), FEW)
+    assert (same.area_difference, same.area_interval) == (0.0, (0.0, 0.0))
+    ordered = np.arange(20.0)
+    mirrored = compare_pair(ordered, -ordered, ordered >= 10, 1.0, rng(), FEW)
+    assert (mirrored.area_difference, mirrored.area_interval) == (1.0, (1.0, 1.0))
+
+
+def test_best_threshold_of_separated_classes_is_the_middle():
+    scores = np.array([0.0, 1, 2, 3, 10, 11, 12, 13])
+    assert best_threshold(scores, scores > 5) == 6.5
+
+
+def test_best_threshold_at_the_ends():
+    scores = np.array([1.0, 2.0, 3.0])
+    assert best_threshold(scores, np.array([T, T, T])) == -np.inf
+    threshold = best_threshold(scores, np.array([F, F, F]))
+    assert not (scores > threshold).any()
+
+
+def test_best_threshold_between_infinite_scores():
+    threshold = best_threshold(np.array([-np.inf, -np.inf, 2.0, 3.0]), np.array([F, F, T, T]))
+    assert np.isfinite(threshold)
+    assert threshold < 2.0
+    assert best_threshold(np.array([1.0, 2.0, np.inf]), np.array([F, F, T])) == 2.0
+
+
+@given(st.lists(st.tuples(st.integers(0, 6), st.booleans()), min_size=1, max_size=25))
+def test_no_threshold_is_better_than_the_best(pairs):
+    scores = np.array([float(score) for score, _ in pairs])
+    success = np.array([flag for _, flag in pairs])
+    best = np.mean((scores > best_threshold(scores, success)) == success)
+    for threshold in np.arange(-1, 7, 0.5):
+        assert np.mean((scores > threshold) == success) <= best
+
+
+def test_cross_validation_finds_a_wide_gap():
+    scores = np.concatenate((np.arange(20.0), np.arange(50.0, 70.0)))
+    success = scores > 30
+    found = cross_validate(scores, success, np.arange(40) % 10)
+    assert found.accuracy.value == 1.0
+    assert found.true_positive_rate.n == found.true_negative_rate.n == 20
+    assert found.threshold == 34.5
+    assert 19 < found.low <= found.high < 50
+
+
+def test_cross_validation_does_not_see_the_fold_it_judges():
+    # Each fold alone is separable, but at another place: the threshold of one is useless in the
+    # other. On all trials together three of four would be right.
+    scores, success = np.array([1.0, 2.0, 11.0, 12.0]), np.array([F, T, F, T])
+    found = cross_validate(scores, success, np.array([0, 0, 1, 1]))
+    assert found.accuracy.value == 0.5
+    assert np.mean((scores > found.threshold) == success) == 0.75
+
+
+def test_folds_spread_every_stratum():
+    strata = np.array(["a"] * 23 + ["b"] * 8 + ["c"] * 19, dtype=object)
+    fold = assign_folds(strata, rng(3), 10)
+    for label in "abc":
+        sizes = np.bincount(fold[strata == label], minlength=10)
+        assert sizes.max() - sizes.min() <= 1
+    sizes = np.bincount(fold, minlength=10)
+    assert sizes.max() - sizes.min() <= 1
+    assert (fold == assign_folds(strata, rng(3), 10)).all()
+    assert (fold != assign_folds(strata, rng(4), 10)).any()
+
+
+@pytest.mark.parametrize(
+    ("target", "threshold"), [(0.0, 4.0), (0.24, 4.0), (0.25, 3.0), (0.5, 2.0), (1.0, -np.inf)]
+)
+def test_threshold_for_a_false_positive_rate(target, threshold):
+    scores, success = np.array([1.0, 2, 3, 4, 9, 9]), np.array([F, F, F, F, T, T])
+    assert threshold_for(scores, success, target) == threshold
+
+
+def test_threshold_for_keeps_tied_failures_out():
+    scores, success = np.array([2.0, 2.0, 2.0, 1.0]), np.array([F, F, F, F])
+    assert threshold_for(scores, success, 0.5) == 2.0  # no half of a tie
+
+
+def test_calibration_keeps_to_its_targets():
+    scores, success = cases()
+    fold = np.arange(80) % 10
+    found = calibrate(scores, success, fold, rng(), FEW)
+    assert found is not None
+    for k, target in enumerate(found.targets):
+        threshold = found.threshold[k]
+        assert threshold == threshold_for(scores, success, target)
+        assert (scores[~success] > threshold).mean() <= target + 1e-12
+        assert found.tpr[k] == pytest.approx((scores[success] > threshold).mean())
+        assert found.tpr_low[k] <= found.tpr[k] <= found.tpr_high[k]
+    assert (np.diff(found.threshold) <= 0).all()
+    assert (np.diff(found.tpr) >= 0).all()
+    achieved = np.array([rate.value for rate in found.achieved], dtype=float)
+    assert np.abs(achieved - found.targets).max() < 0.1
+    assert all(rate.n == 45 for rate in found.achieved)
+
+
+def test_spearman_is_scipys():
+    draw = rng(2)
+    x = np.round(draw.normal(size=60), 1)
+    y = np.round(x + draw.normal(size=60))
+    assert spearman(x, y) == pytest.approx(scipy.stats.spearmanr(x, y).statistic)
+    assert spearman(x, np.zeros(60)) is None
+    assert spearman(x[:2], y[:2]) is None
+
+
+def test_a_bound_that_doubles_the_truth():
+    load = np.linspace(0.5, 4.0, 30)
+    found = agree(2 * load, load, np.zeros(30, dtype=bool), rng(), FEW)
+    assert (found.spearman, found.ratios) == (pytest.approx(1.0), 30)
+    assert found.median == pytest.approx(math.log(2))
+    assert found.factor == pytest.approx(2)
+    assert found.median_interval == pytest.approx((math.log(2), math.log(2)))
+    assert found.spread == pytest.approx(0, abs=1e-12)
+    assert found.below.k == 0
+
+
+def test_what_has_no_ratio_is_counted():
+    q = np.array([0.0, 2.0, -np.inf, 3.0, np.nan, 4.0])
+    load = np.array([1.0, 0.0, 0.5, 6.0, 2.0, 20.0])
+    capped = np.array([F, F, F, F, F, T])
+    found = agree(q, load, capped, rng(), FEW)
+    assert (found.n, found.ratios, found.zero, found.dropped, found.capped) == (6, 1, 3, 1, 1)
+    assert found.factor == pytest.approx(0.5)
+    assert (found.below.k, found.below.n) == (5, 6)
+
+
+def test_interval_of_the_rank_correlation_is_the_plain_bootstrap():
+    draw = rng(8)
+    load = draw.uniform(0.5, 3, 70)
+    q = load * np.exp(0.5 * draw.normal(size=70))
+    found = agree(q, load, np.zeros(70, dtype=bool), rng(), 1500)
+    plain = []
+    for _ in range(1500):
+        drawn = draw.integers(70, size=70)
+        plain.append(scipy.stats.spearmanr(q[drawn], load[drawn]).statistic)
+    assert found.spearman_interval == pytest.approx(np.quantile(plain, [0.025, 0.975]), abs=0.03)
