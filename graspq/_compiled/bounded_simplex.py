@@ -1,56 +1,130 @@
-"""Compiled bounded simplex for: the largest x_goal with  A x = 0,  lo <= x <= hi.
+"""The simplex method with bounded variables, for the largest (or smallest) x_goal of
 
-Columns of A come in this order: m unit columns (six wrench slacks e_i, then motor slacks -e_k),
-one for -q t, one that scales the motors' least torques, then the generators of the friction
-cones. The inverse of the basis is kept
-explicitly: m is a dozen. Everything is in units in which the entries are of size one.
+    A x = 0,    lower <= x <= upper.
+
+A column that is not basic rests at its lower or its upper bound (Dantzig: Upper bounds, secondary
+constraints, and block triangularity in linear programming, 1955; Chvátal: Linear Programming, 1983,
+chapter 8). The entering column is the one with the best reduced cost, or the first that improves
+after a row of degenerate steps, as in Bland's rule against cycling (New finite pivoting rules for
+the simplex method, 1977). The ratio test has two passes: how far the step goes when every bound may
+be missed by a tolerance, then the largest pivot among the rows that block by then (Harris: Pivot
+selection methods of the Devex LP code, 1973). A column that reaches its other bound first flips
+there, without a pivot. The dual method restores bounds while the reduced costs keep their signs.
+
+The inverse of the basis is kept as such, since m is a dozen. Entries of A are about one in size;
+its first m columns are the slacks: e_r for the first six rows, -e_r for those after.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from graspq._compiled.jit import compiled
+from graspq._compiled.part import part
 
 OPTIMAL, INFEASIBLE, UNBOUNDED, FAILED = 0, 1, 2, 3
+# Where a column rests.
 LOWER, UPPER, BASIC = 0, 1, 2
-PRICE, FEASIBLE, PIVOT = 1e-11, 1e-11, 1e-9
+# Reduced costs below the first are 0; bounds may be missed by the second in a ratio test; the third
+# is the smallest pivot, below which a direction does not move a row.
+REDUCED_COST, FEASIBLE, PIVOT = 1e-11, 1e-11, 1e-9
+# The dual method ends when no bound is missed by more than this: above the ratio tests' tolerance.
+RESTORED = 1e-10
+# Pivots below this make a basis singular.
+SINGULAR = 1e-13
+# Steps shorter than this are degenerate; after so many of them the first column enters.
+DEGENERATE, PATIENCE = 1e-14, 40
+# The inverse is computed anew after so many steps. Solutions take a few dozen.
+REFACTOR_EVERY, MOST_STEPS = 50, 2000
+# A row that starts from a plain -1 has a type of its own, for which Numba compiles once more.
+NONE = np.int64(-1)
 
 
-@compiled(fastmath={"contract", "reassoc", "nsz"})
-def times_columns(y, columns, count, out):
-    """out = y A over the first ``count`` columns."""
+class Simplex(NamedTuple):
+    """The columns, a basis, and memory for a step.
+
+    Attributes:
+        columns: A, shape (m, N), of which the first ``count`` columns are in use.
+        basis: column of every row, (m,).
+        status: where every column rests: LOWER, UPPER or BASIC, (N,).
+        inverse: inverse of the basis, (m, m).
+        values: values of the basic columns, (m,).
+        reduced: reduced costs, (N,).
+        pivot_row: row of B⁻¹ A, (N,).
+        direction: B⁻¹ a of the entering column, (m,); also what the columns at bounds add up to.
+        scratch: the basis while it is inverted, (m, m).
+    """
+
+    columns: np.ndarray
+    basis: np.ndarray
+    status: np.ndarray
+    inverse: np.ndarray
+    values: np.ndarray
+    reduced: np.ndarray
+    pivot_row: np.ndarray
+    direction: np.ndarray
+    scratch: np.ndarray
+
+
+def simplex_for(columns: np.ndarray) -> Simplex:
+    """Memory for a program with these columns, (m, N)."""
+    m, width = columns.shape
+    return Simplex(
+        columns,
+        np.zeros(m, np.int64),
+        np.zeros(width, np.int8),
+        np.zeros((m, m)),
+        np.zeros(m),
+        np.zeros(width),
+        np.zeros(width),
+        np.zeros(m),
+        np.zeros((m, m)),
+    )
+
+
+@part
+def row_of(basis, j):
+    """The row in which column j is basic, or -1."""
+    row = NONE
+    for r in range(basis.shape[0]):
+        if basis[r] == j:
+            row = r
+    return row
+
+
+@part(fastmath={"contract", "reassoc", "nsz"})
+def combine_rows(inverse, row, factor, columns, count, out):
+    """out = factor · (row of the inverse) A, over the first ``count`` columns."""
     for j in range(count):
         out[j] = 0.0
     for r in range(columns.shape[0]):
-        factor = y[r]
-        if factor != 0.0:
+        weight = factor * inverse[row, r]
+        if weight != 0.0:
             for j in range(count):
-                out[j] += factor * columns[r, j]
+                out[j] += weight * columns[r, j]
 
 
-@compiled
-def refactor(columns, basis, inverse):
-    """Invert the basis by Gauss-Jordan elimination with pivoting; False when singular."""
-    m = basis.shape[0]
-    a = np.empty((m, m))
+@part
+def refactor(lp):
+    """Invert the basis by Gauss-Jordan elimination with row pivots; False when it is singular."""
+    a, inverse = lp.scratch, lp.inverse
+    m = a.shape[0]
     for r in range(m):
         for c in range(m):
-            a[r, c] = columns[r, basis[c]]
+            a[r, c] = lp.columns[r, lp.basis[c]]
             inverse[r, c] = 1.0 if r == c else 0.0
     for c in range(m):
         p = c
         for r in range(c + 1, m):
             if abs(a[r, c]) > abs(a[p, c]):
                 p = r
-        if abs(a[p, c]) < 1e-13:
+        if abs(a[p, c]) < SINGULAR:
             return False
-        if p != c:
-            for k in range(m):
-                a[c, k], a[p, k] = a[p, k], a[c, k]
-                inverse[c, k], inverse[p, k] = inverse[p, k], inverse[c, k]
-        scale = 1.0 / a[c, c]
+        scale = 1.0 / a[p, c]
         for k in range(m):
+            a[c, k], a[p, k] = a[p, k], a[c, k]
+            inverse[c, k], inverse[p, k] = inverse[p, k], inverse[c, k]
             a[c, k] *= scale
             inverse[c, k] *= scale
         for r in range(m):
@@ -62,168 +136,156 @@ def refactor(columns, basis, inverse):
     return True
 
 
-@compiled
-def values(columns, basis, inverse, where, lo, hi, x):
-    """Recompute the basic values from the slacks that rest on their bounds."""
-    m = basis.shape[0]
-    rest = np.zeros(m)
+@part
+def find_values(lp, lower, upper):
+    """Basic values from the slacks that rest at their bounds; other columns rest at 0."""
+    m = lp.basis.shape[0]
     for j in range(m):
-        if where[j] != BASIC:
-            bound = lo[j] if where[j] == LOWER else hi[j]
-            sign = 1.0 if j < 6 else -1.0
-            rest[j] -= sign * bound
+        bound = 0.0
+        if lp.status[j] != BASIC:
+            bound = lower[j] if lp.status[j] == LOWER else upper[j]
+        lp.direction[j] = -bound if j < 6 else bound
     for r in range(m):
         total = 0.0
         for c in range(m):
-            total += inverse[r, c] * rest[c]
-        x[r] = total
+            total += lp.inverse[r, c] * lp.direction[c]
+        lp.values[r] = total
 
 
-@compiled
-def exchange(inverse, column, leave):
-    """Update the inverse when a column with B⁻¹ a = ``column`` enters at row ``leave``."""
+@part
+def find_reduced_costs(lp, count, goal, sense):
+    """Reduced costs of the objective sense·x_goal."""
+    row = row_of(lp.basis, goal)
+    if row < 0:
+        for j in range(count):
+            lp.reduced[j] = 0.0
+        lp.reduced[goal] = sense
+        return
+    combine_rows(lp.inverse, row, -sense, lp.columns, count, lp.reduced)
+    lp.reduced[goal] = 0.0
+
+
+@part
+def find_direction(lp, j):
+    """How the basic values fall when column j rises: B⁻¹ a_j."""
+    m = lp.basis.shape[0]
+    for r in range(m):
+        total = 0.0
+        for c in range(m):
+            total += lp.inverse[r, c] * lp.columns[c, j]
+        lp.direction[r] = total
+
+
+@part
+def pivot(lp, enter, leave, bound):
+    """Let a column enter at row ``leave``, whose column comes to rest at a bound."""
+    inverse, direction = lp.inverse, lp.direction
     m = inverse.shape[0]
-    scale = 1.0 / column[leave]
+    lp.status[lp.basis[leave]] = bound
+    lp.basis[leave] = enter
+    lp.status[enter] = BASIC
+    scale = 1.0 / direction[leave]
     for c in range(m):
         inverse[leave, c] *= scale
     for r in range(m):
-        factor = column[r]
+        factor = direction[r]
         if r != leave and factor != 0.0:
             for c in range(m):
                 inverse[r, c] -= factor * inverse[leave, c]
 
 
-@compiled
-def _prices(columns, count, basis, inverse, goal, sense, reduced):
-    """Reduced costs of the objective sense·x_goal."""
-    m = basis.shape[0]
-    row = -1
-    for r in range(m):
-        if basis[r] == goal:
-            row = r
-    if row < 0:
-        reduced[:count] = 0.0
-        reduced[goal] = sense
-        return
-    times_columns(inverse[row] * (-sense), columns, count, reduced)
-    reduced[goal] = 0.0
-
-
-@compiled
-def _column(columns, inverse, j, out):
-    m = inverse.shape[0]
-    for r in range(m):
-        total = 0.0
-        for c in range(m):
-            total += inverse[r, c] * columns[c, j]
-        out[r] = total
-
-
-@compiled
-def primal(columns, count, basis, inverse, where, lo, hi, x, goal, sense, cap):
+@part
+def primal(lp, lower, upper, count, goal, sense):
     """Improve sense·x_goal from a feasible basis."""
-    m = basis.shape[0]
-    reduced, column = np.empty(columns.shape[1]), np.empty(m)
-    stalled = 0
-    for step in range(cap):
-        if step % 50 == 49:
-            if not refactor(columns, basis, inverse):
+    basis, status, values, direction = lp.basis, lp.status, lp.values, lp.direction
+    m, degenerate = basis.shape[0], 0
+    for step in range(1, MOST_STEPS + 1):
+        if step % REFACTOR_EVERY == 0:
+            if not refactor(lp):
                 return FAILED
-            values(columns, basis, inverse, where, lo, hi, x)
-        _prices(columns, count, basis, inverse, goal, sense, reduced)
-        enter, best = -1, PRICE
+            find_values(lp, lower, upper)
+        find_reduced_costs(lp, count, goal, sense)
+        enter, best = NONE, REDUCED_COST
         for j in range(count):
-            if where[j] == BASIC or lo[j] == hi[j]:
+            if status[j] == BASIC or lower[j] == upper[j]:
                 continue
-            gain = reduced[j] if where[j] == LOWER else -reduced[j]
+            gain = lp.reduced[j] if status[j] == LOWER else -lp.reduced[j]
             if gain > best:
                 enter, best = j, gain
-                if stalled > 40:
+                if degenerate > PATIENCE:
                     break
         if enter < 0:
             return OPTIMAL
-        sign = 1.0 if where[enter] == LOWER else -1.0
-        _column(columns, inverse, enter, column)
-        # Two passes: the longest step that breaks no bound by more than a tolerance, then
-        # the largest pivot among the rows that block by then.
-        longest = hi[enter] - lo[enter]
-        flip = longest
+        sign = 1.0 if status[enter] == LOWER else -1.0
+        find_direction(lp, enter)
+        flip = upper[enter] - lower[enter]
+        longest = flip
         for r in range(m):
-            rate = -sign * column[r]
+            rate = -sign * direction[r]
             if rate < -PIVOT:
-                longest = min(longest, (x[r] - lo[basis[r]] + FEASIBLE) / -rate)
+                longest = min(longest, (values[r] - lower[basis[r]] + FEASIBLE) / -rate)
             elif rate > PIVOT:
-                longest = min(longest, (hi[basis[r]] - x[r] + FEASIBLE) / rate)
+                longest = min(longest, (upper[basis[r]] - values[r] + FEASIBLE) / rate)
         if longest == np.inf:
             return UNBOUNDED
-        leave, step_size = -1, flip
+        leave, length = NONE, flip
         for r in range(m):
-            rate = -sign * column[r]
-            room = np.inf
+            rate, room = -sign * direction[r], np.inf
             if rate < -PIVOT:
-                room = (x[r] - lo[basis[r]]) / -rate
+                room = (values[r] - lower[basis[r]]) / -rate
             elif rate > PIVOT:
-                room = (hi[basis[r]] - x[r]) / rate
-            if room <= longest and (leave < 0 or abs(rate) > abs(column[leave])):
-                leave, step_size = r, max(room, 0.0)
-        stalled = stalled + 1 if step_size <= 1e-14 else 0
+                room = (upper[basis[r]] - values[r]) / rate
+            if room <= longest and (leave < 0 or abs(rate) > abs(direction[leave])):
+                leave, length = r, max(room, 0.0)
+        degenerate = degenerate + 1 if length <= DEGENERATE else 0
         for r in range(m):
-            x[r] -= sign * column[r] * step_size
-        if leave < 0 or flip < step_size:
-            where[enter] = UPPER if where[enter] == LOWER else LOWER
+            values[r] -= sign * direction[r] * length
+        if leave < 0 or flip < length:
+            status[enter] = UPPER if status[enter] == LOWER else LOWER
             continue
-        start = lo[enter] if where[enter] == LOWER else hi[enter]
-        out = basis[leave]
-        where[out] = LOWER if -sign * column[leave] < 0.0 else UPPER
-        basis[leave] = enter
-        where[enter] = BASIC
-        exchange(inverse, column, leave)
-        x[leave] = start + sign * step_size
+        start = lower[enter] if status[enter] == LOWER else upper[enter]
+        pivot(lp, enter, leave, LOWER if -sign * direction[leave] < 0.0 else UPPER)
+        values[leave] = start + sign * length
     return FAILED
 
 
-@compiled
-def dual(columns, count, basis, inverse, where, lo, hi, x, goal, sense, cap):
-    """Restore feasibility while the reduced costs keep their signs."""
-    m = basis.shape[0]
-    reduced, alpha = np.empty(columns.shape[1]), np.empty(columns.shape[1])
-    column = np.empty(m)
-    for step in range(cap):
-        if step % 50 == 49 and not refactor(columns, basis, inverse):
+@part
+def dual(lp, lower, upper, count, goal, sense):
+    """Restore bounds that basic values miss, while the reduced costs keep their signs."""
+    basis, status, values = lp.basis, lp.status, lp.values
+    for step in range(1, MOST_STEPS + 1):
+        if step % REFACTOR_EVERY == 0 and not refactor(lp):
             return FAILED
-        values(columns, basis, inverse, where, lo, hi, x)
-        leave, worst, rising = -1, 1e-10, False
-        for r in range(m):
-            if lo[basis[r]] - x[r] > worst:
-                leave, worst, rising = r, lo[basis[r]] - x[r], True
-            if x[r] - hi[basis[r]] > worst:
-                leave, worst, rising = r, x[r] - hi[basis[r]], False
+        find_values(lp, lower, upper)
+        leave, worst, rising = NONE, RESTORED, False
+        for r in range(basis.shape[0]):
+            below, above = lower[basis[r]] - values[r], values[r] - upper[basis[r]]
+            if max(below, above) > worst:
+                leave, worst, rising = r, max(below, above), below > above
         if leave < 0:
             return OPTIMAL
-        _prices(columns, count, basis, inverse, goal, sense, reduced)
-        times_columns(inverse[leave], columns, count, alpha)
-        limit = np.inf
+        find_reduced_costs(lp, count, goal, sense)
+        # A leaving value that must rise is one that must fall in the row times -1.
+        combine_rows(lp.inverse, leave, 1.0 if rising else -1.0, lp.columns, count, lp.pivot_row)
+        longest = np.inf
         for j in range(count):
-            a = alpha[j] if rising else -alpha[j]
-            if where[j] == LOWER and a < -PIVOT and lo[j] < hi[j]:
-                limit = min(limit, (max(-reduced[j], 0.0) + PRICE) / -a)
-            elif where[j] == UPPER and a > PIVOT and lo[j] < hi[j]:
-                limit = min(limit, (max(reduced[j], 0.0) + PRICE) / a)
-        enter, most = -1, 0.0
+            slope = lp.pivot_row[j] if status[j] == LOWER else -lp.pivot_row[j]
+            cost = -lp.reduced[j] if status[j] == LOWER else lp.reduced[j]
+            if status[j] != BASIC and slope < -PIVOT and lower[j] < upper[j]:
+                longest = min(longest, (max(cost, 0.0) + REDUCED_COST) / -slope)
+        enter, largest = NONE, 0.0
         for j in range(count):
-            a = alpha[j] if rising else -alpha[j]
-            ratio = np.inf
-            if where[j] == LOWER and a < -PIVOT and lo[j] < hi[j]:
-                ratio = max(-reduced[j], 0.0) / -a
-            elif where[j] == UPPER and a > PIVOT and lo[j] < hi[j]:
-                ratio = max(reduced[j], 0.0) / a
-            if ratio <= limit and ratio < np.inf and abs(a) > most:
-                enter, most = j, abs(a)
+            slope = lp.pivot_row[j] if status[j] == LOWER else -lp.pivot_row[j]
+            cost = -lp.reduced[j] if status[j] == LOWER else lp.reduced[j]
+            if (
+                status[j] != BASIC
+                and -slope > max(largest, PIVOT)
+                and lower[j] < upper[j]
+                and max(cost, 0.0) / -slope <= longest
+            ):
+                enter, largest = j, -slope
         if enter < 0:
             return INFEASIBLE
-        _column(columns, inverse, enter, column)
-        where[basis[leave]] = LOWER if rising else UPPER
-        basis[leave] = enter
-        where[enter] = BASIC
-        exchange(inverse, column, leave)
+        find_direction(lp, enter)
+        pivot(lp, enter, leave, LOWER if rising else UPPER)
     return FAILED

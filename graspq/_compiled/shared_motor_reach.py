@@ -1,6 +1,23 @@
-"""Compiled: the reach of a task set when contacts share motors."""
+"""How far every task of a set can be scaled when contacts share motors.
+
+One linear program per task: the largest q with A x = 0 within bounds (``bounded_simplex``), whose
+columns are
+
+    0 ... 5        slacks of the wrench, fixed at 0
+    6 ... m - 1    slacks of the motors and passive motions, between the bounds of their loads
+    m              q, the task wrench times -1
+    m + 1          the share of the torques that the motors must at least bear (first phase)
+    m + 2 ...      edges of the friction cones and preloads, >= 0
+
+Tasks differ in column m alone, so the basis of one stays dual feasible for the next, which takes a
+few dual steps. Exact cones are spanned by edges that are added where the multipliers ask for them:
+column generation (Gilmore and Gomory: A linear programming approach to the cutting stock problem,
+1961; Kelley: The cutting-plane method, 1960, in the dual).
+"""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,275 +29,314 @@ from graspq._compiled.bounded_simplex import (
     OPTIMAL,
     UNBOUNDED,
     UPPER,
+    Simplex,
     dual,
+    find_values,
     primal,
     refactor,
-    values,
+    row_of,
+    simplex_for,
 )
-from graspq._compiled.jit import compiled, entry
+from graspq._compiled.jit import entry
+from graspq._compiled.part import part
 
-CAP = 2000
+# Stages of a task: go on from the last task's basis by dual steps; or start anew with bounds
+# relaxed around zero, where doing nothing is feasible, and restore them by dual steps; when that
+# fails with exact cones, scale the torques that the motors must bear from nothing to all of them,
+# which adds the edges that it takes; add edges for the largest scale; note it; go for the smallest.
+# Plain numbers are types of their own, for which Numba compiles once more.
+ZERO = np.int64(0)
+NEXT, START, RESTORE, SHARE, LARGEST, RECORD, SMALLEST, DONE = range(8)
+# Bounds are relaxed to at least this, times 1 to 2.2: unequal, so that the start is not degenerate.
 RELAXED = 1e-3
+# A task that the last task's multipliers see less than this starts anew.
+SEEN = 1e-6
+# Edges are added until the next would gain less than this per unit of normal force.
+EDGE_GAIN = 1e-11
+# Edges between two inversions of the basis.
+REFACTOR_EDGES = 25
+# Scales compare as equal within this share.
+SAME_SCALE = 1e-9
 
 
-@compiled
-def _start(columns, count, basis, inverse, where, lo, hi, x):
-    """All slacks basic, everything zero."""
-    m = basis.shape[0]
-    where[:count] = LOWER
-    inverse[:, :] = 0.0
+class Hand(NamedTuple):
+    """The bounds, the tasks, the exact cones, and memory.
+
+    Attributes:
+        lower, upper: bounds of every column, (N,).
+        relaxed_lower, relaxed_upper: memory for other bounds, (N,).
+        tasks: unit wrenches, (6, j), and their ``lengths``, (j,).
+        cones: exact cones per unit normal force, (K, m, 4); K = 0 when edges span them.
+        made: cone of every column that was added, (N,).
+        multipliers: memory for y, (m,), and for a direction in a cone, ``side`` (3,).
+        best_basis, best_values: basis and values of the critical task, (m,).
+        kept: the simplex's state before it went for the smallest scale.
+    """
+
+    lower: np.ndarray
+    upper: np.ndarray
+    relaxed_lower: np.ndarray
+    relaxed_upper: np.ndarray
+    tasks: np.ndarray
+    lengths: np.ndarray
+    cones: np.ndarray
+    made: np.ndarray
+    multipliers: np.ndarray
+    side: np.ndarray
+    best_basis: np.ndarray
+    best_values: np.ndarray
+    kept_basis: np.ndarray
+    kept_status: np.ndarray
+    kept_inverse: np.ndarray
+
+
+def hand_for(
+    columns: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+    tasks: np.ndarray,
+    lengths: np.ndarray,
+    cones: np.ndarray,
+) -> tuple[Simplex, Hand]:
+    """The program and its memory, for ``reach``."""
+    lp = simplex_for(columns)
+    hand = Hand(
+        lower,
+        upper,
+        lower.copy(),
+        upper.copy(),
+        np.ascontiguousarray(tasks),
+        lengths,
+        cones,
+        np.zeros(columns.shape[1], np.int64),
+        np.zeros(len(columns)),
+        np.zeros(3),
+        lp.basis.copy(),
+        lp.values.copy(),
+        lp.basis.copy(),
+        lp.status.copy(),
+        lp.inverse.copy(),
+    )
+    return lp, hand
+
+
+@part
+def _begin(lp, hand, count, stage):
+    """Start a stage from all slacks basic and every value 0, with bounds that allow it."""
+    low, high = hand.relaxed_lower, hand.relaxed_upper
+    m = lp.basis.shape[0]
+    for j in range(count):
+        low[j], high[j], lp.status[j] = hand.lower[j], hand.upper[j], LOWER
     for r in range(m):
-        basis[r] = r
-        where[r] = BASIC
-        inverse[r, r] = 1.0 if r < 6 else -1.0
-        x[r] = 0.0
+        for c in range(m):
+            lp.inverse[r, c] = 0.0
+        lp.inverse[r, r] = 1.0 if r < 6 else -1.0
+        lp.basis[r], lp.status[r], lp.values[r] = r, BASIC, 0.0
+        if stage == START:
+            margin = RELAXED * (1.0 + 0.1 * ((r * 7) % 13))
+            low[r], high[r] = min(low[r], -margin), max(high[r], margin)
+        elif r >= 6:
+            least = low[r] if low[r] > 0.0 else (high[r] if high[r] < 0.0 else 0.0)
+            lp.columns[r, m + 1] = -least
+            low[r], high[r] = low[r] - least, high[r] - least
+    if stage == SHARE:
+        low[m + 1], high[m + 1], high[m] = 0.0, 1.0, 0.0
 
 
-@compiled
-def _cold(columns, count, basis, inverse, where, lo, hi, x):
-    """Solve with bounds relaxed around zero, where a start is free, then tighten them."""
-    m = basis.shape[0]
-    wide_lo, wide_hi = lo.copy(), hi.copy()
-    for j in range(m):
-        # Unequal margins keep the start from being degenerate.
-        margin = RELAXED * (1.0 + 0.1 * ((j * 7) % 13))
-        wide_lo[j] = min(lo[j], -margin)
-        wide_hi[j] = max(hi[j], margin)
-    _start(columns, count, basis, inverse, where, lo, hi, x)
-    code = primal(columns, count, basis, inverse, where, wide_lo, wide_hi, x, m, 1.0, CAP)
-    if code != OPTIMAL:
-        return code
-    return dual(columns, count, basis, inverse, where, lo, hi, x, m, 1.0, CAP)
+@part
+def _end_share(lp, hand, count):
+    """Whether the motors can bear all that they must; take the share out of the program."""
+    m = lp.basis.shape[0]
+    row = row_of(lp.basis, m + 1)
+    share = lp.values[row] if row >= 0 else 0.0
+    for j in range(m + 2, count):
+        hand.lower[j], hand.upper[j] = 0.0, np.inf
+    for k in range(6, m):
+        lp.columns[k, m + 1] = 0.0
+    return share >= 1.0 - SAME_SCALE or lp.status[m + 1] == UPPER
 
 
-@compiled
-def _warm(columns, count, basis, inverse, where, lo, hi, x):
-    """Go on from the last task's basis, whose u still supports the set."""
-    m = basis.shape[0]
-    row, before = -1, 0.0
-    for r in range(m):
-        if basis[r] == m:
-            row = r
+@part
+def _sees_task(lp):
+    """Whether the last task's multipliers see the task in column m well enough to go on."""
+    m = lp.basis.shape[0]
+    row, seen = row_of(lp.basis, m), 0.0
     if row < 0:
-        return FAILED
+        return False
     for r in range(m):
-        before += inverse[row, r] * columns[r, m]
-    if before < 1e-6 or not refactor(columns, basis, inverse):
-        return FAILED
-    return dual(columns, count, basis, inverse, where, lo, hi, x, m, 1.0, CAP)
+        seen += lp.inverse[row, r] * lp.columns[r, m]
+    return seen >= SEEN
 
 
-@compiled
-def _violated(columns, count, y, cones, where, lo, hi, made):
-    """Append the cone generator that gains most per unit; return its gain."""
-    m = columns.shape[0]
+@part
+def _add_edge(lp, hand, low, high, count, row, sense):
+    """Append the edge of an exact cone that gains most per normal force; return its gain."""
+    cones, y, side = hand.cones, hand.multipliers, hand.side
+    m = lp.basis.shape[0]
+    for r in range(m):
+        y[r] = sense * lp.inverse[row, r]
     best, pick = 0.0, -1
     for k in range(cones.shape[0]):
         gain, square = 0.0, 0.0
         for c in range(4):
-            part = 0.0
+            along = 0.0
             for r in range(m):
-                part -= y[r] * cones[k, r, c]
+                along -= y[r] * cones[k, r, c]
             if c == 0:
-                gain = part
+                gain = along
             else:
-                square += part * part
+                square += along * along
         gain += np.sqrt(square)
         if gain > best:
             best, pick = gain, k
     if pick < 0:
         return 0.0
-    part, length = np.zeros(3), 0.0
+    length = 0.0
     for c in range(3):
+        side[c] = 0.0
         for r in range(m):
-            part[c] -= y[r] * cones[pick, r, c + 1]
-        length += part[c] * part[c]
+            side[c] -= y[r] * cones[pick, r, c + 1]
+        length += side[c] * side[c]
     length = np.sqrt(length)
     for r in range(m):
         value = cones[pick, r, 0]
         for c in range(3):
             if length > 0.0:
-                value += cones[pick, r, c + 1] * part[c] / length
-        columns[r, count] = value
-    where[count], made[count] = LOWER, pick
-    lo[count], hi[count] = 0.0, np.inf
+                value += cones[pick, r, c + 1] * side[c] / length
+        lp.columns[r, count] = value
+    lp.status[count], hand.made[count] = LOWER, pick
+    low[count], high[count] = 0.0, np.inf
     return best
 
 
-@compiled
-def _refine(columns, count, basis, inverse, where, lo, hi, x, goal, sense, cones, tol, made):
-    """Add generators of the exact cones until none gains more than ``tol``."""
-    m = basis.shape[0]
-    y = np.empty(m)
-    first = count
-    gain = 0.0
-    while count < columns.shape[1]:
-        row = -1
-        for r in range(m):
-            if basis[r] == goal:
-                row = r
-        if row < 0:
-            return OPTIMAL, count, 0.0
-        for r in range(m):
-            y[r] = sense * inverse[row, r]
-        gain = _violated(columns, count, y, cones, where, lo, hi, made)
-        if gain <= tol:
-            return OPTIMAL, count, gain
-        count += 1
-        code = primal(columns, count, basis, inverse, where, lo, hi, x, goal, sense, CAP)
-        if code != OPTIMAL:
-            return code, count, gain
-        if (count - first) % 25 == 0:
-            if not refactor(columns, basis, inverse):
-                return FAILED, count, gain
-            values(columns, basis, inverse, where, lo, hi, x)
-    return FAILED, count, gain
-
-
-@compiled
-def _possible(columns, count, basis, inverse, where, lo, hi, x, cones, tol, made):
-    """Whether the exact cones hold any equilibrium; return (code, columns used).
-
-    The motors that must push are scaled from nothing to what they push, as far as it goes;
-    the generators found on the way stay in the pool.
-    """
-    m = basis.shape[0]
-    push = m + 1
-    near_lo, near_hi = lo.copy(), hi.copy()
+@part
+def _upper_bound(lp, hand, gain):
+    """Upper bound on q from the multipliers: the most that motors can put in, and missing edges."""
+    m, total, load = lp.basis.shape[0], 0.0, 0.0
+    row = row_of(lp.basis, m)
+    if row < 0:
+        return 0.0
     for k in range(6, m):
-        least = lo[k] if lo[k] > 0.0 else (hi[k] if hi[k] < 0.0 else 0.0)
-        columns[k, push] = -least
-        near_lo[k], near_hi[k] = lo[k] - least, hi[k] - least
-    near_lo[push], near_hi[push] = 0.0, 1.0
-    near_hi[m] = 0.0
-    _start(columns, count, basis, inverse, where, near_lo, near_hi, x)
-    code = primal(columns, count, basis, inverse, where, near_lo, near_hi, x, push, 1.0, CAP)
-    # The scale may leave the basis at its upper bound, where nothing more is to be gained.
-    if code == OPTIMAL and where[push] == BASIC:
-        code, count, _ = _refine(
-            columns, count, basis, inverse, where, near_lo, near_hi, x, push, 1.0, cones, tol, made
-        )
-    if code == OPTIMAL and where[push] != UPPER:
-        scale = 0.0
-        for r in range(m):
-            if basis[r] == push:
-                scale = x[r]
-        if scale < 1.0 - 1e-9:
-            code = INFEASIBLE
-    lo[m + 2 : count] = 0.0
-    hi[m + 2 : count] = np.inf
-    for k in range(6, m):
-        columns[k, push] = 0.0
-    return code, count
-
-
-@compiled
-def _reached(basis, x):
-    m = basis.shape[0]
+        y = lp.inverse[row, k]
+        if y != 0.0:
+            total += max(y * hand.lower[k], y * hand.upper[k])
     for r in range(m):
-        if basis[r] == m:
-            return x[r]
-    return 0.0
+        if lp.basis[r] > m + 1:
+            load += abs(lp.values[r])
+    return total + gain * load
+
+
+@part
+def _copy_state(count, basis, status, inverse, to_basis, to_status, to_inverse):
+    """Copy a basis, where ``count`` columns rest, and the inverse."""
+    for j in range(count):
+        to_status[j] = status[j]
+    for r in range(basis.shape[0]):
+        to_basis[r] = basis[r]
+        for c in range(basis.shape[0]):
+            to_inverse[r, c] = inverse[r, c]
+
+
+@part
+def _next_stage(stage, code, may_share):
+    """What follows a stage that ended with a code; DONE when nothing does."""
+    if stage == NEXT:
+        return RECORD if code == OPTIMAL else START
+    if stage == START:
+        return RESTORE if code == OPTIMAL else DONE
+    if stage == RESTORE and code == INFEASIBLE and may_share:
+        return SHARE
+    if stage == SHARE:
+        return START if code == OPTIMAL else DONE
+    return RECORD if code == OPTIMAL and stage != SMALLEST else DONE
 
 
 @entry
-def reach(
-    columns, count, tasks, lengths, lo, hi, cones, tol, smallest, weights, used, slacks, made
-):
-    """Return (status, value, upper, critical, least, columns used).
+def reach(lp, hand, count, smallest):
+    """Return (status, value, upper, critical, least) for a program of ``count`` columns.
 
-    ``tasks`` (6, m) are unit vectors, to be multiplied by ``lengths``; ``value`` is the smallest
-    over tasks of the largest q, ``least`` the largest over tasks of the smallest q (when
-    ``smallest``). ``weights`` and ``used`` receive the generators' weights at the optimum and
-    their columns, by basis row; ``made`` the cone of every column that was added.
+    ``value`` is the smallest over tasks of the largest q, ``least`` the largest over tasks of the
+    smallest q (when ``smallest``). ``hand.best_values`` and ``best_basis`` receive the values at
+    the optimum and their columns, by row.
     """
-    m = columns.shape[0]
-    basis, where = np.empty(m, np.int64), np.empty(columns.shape[1], np.int8)
-    inverse, x = np.empty((m, m)), np.empty(m)
+    basis, status, inverse, exact = lp.basis, lp.status, lp.inverse, hand.cones.shape[0] > 0
+    m, width = lp.columns.shape
     value, critical, least, last, upper = np.inf, 0, 0.0, 0, np.inf
-    pool = count
-    warm = False
-    for j in range(tasks.shape[1]):
+    pool, go_on = count, False
+    for j in range(hand.tasks.shape[1]):
         for r in range(6):
-            columns[r, m] = -tasks[r, j]
-        if columns.shape[1] - pool < (columns.shape[1] - count) // 2:
-            pool, warm = count, False
-        code = FAILED
-        if warm:
-            code = _warm(columns, pool, basis, inverse, where, lo, hi, x)
-            if code == INFEASIBLE and cones.shape[0] > 0:
-                code = FAILED
-        if code != OPTIMAL:
-            code = _cold(columns, pool, basis, inverse, where, lo, hi, x)
-        if code == INFEASIBLE and cones.shape[0] > 0:
-            code, pool = _possible(
-                columns, pool, basis, inverse, where, lo, hi, x, cones, tol, made
-            )
-            if code == OPTIMAL:
-                code = _cold(columns, pool, basis, inverse, where, lo, hi, x)
-                if code == INFEASIBLE:
-                    code = FAILED
-        gain = 0.0
-        if code == OPTIMAL and cones.shape[0] > 0:
-            code, pool, gain = _refine(
-                columns, pool, basis, inverse, where, lo, hi, x, m, 1.0, cones, tol, made
-            )
-        if code == UNBOUNDED:
-            warm = False
-            continue
-        if code != OPTIMAL or not refactor(columns, basis, inverse):
-            return (code if code != OPTIMAL else FAILED), 0.0, 0.0, j, 0.0, pool
-        values(columns, basis, inverse, where, lo, hi, x)
-        warm = True
-        q = _reached(basis, x) / lengths[j]
-        if q < value:
-            value, critical = q, j
-            upper = _bound(basis, inverse, lo, hi, gain, x) / lengths[j]
-            slacks[:] = 0.0
-            for r in range(m):
-                weights[r], used[r] = x[r], basis[r]
-                if 6 <= basis[r] < m:
-                    slacks[basis[r] - 6] = x[r]
-            for k in range(6, m):
-                if where[k] != BASIC:
-                    slacks[k - 6] = lo[k] if where[k] == LOWER else hi[k]
-        if smallest:
-            # The way down starts here; the next task starts from here too.
-            first = pool
-            kept, places, rows = basis.copy(), where.copy(), inverse.copy()
-            code = primal(columns, pool, basis, inverse, where, lo, hi, x, m, -1.0, CAP)
-            if code == OPTIMAL and cones.shape[0] > 0:
-                code, pool, gain = _refine(
-                    columns, pool, basis, inverse, where, lo, hi, x, m, -1.0, cones, tol, made
-                )
-            if code != OPTIMAL:
-                return FAILED, 0.0, 0.0, j, 0.0, pool
-            if _reached(basis, x) / lengths[j] > least:
-                least, last = _reached(basis, x) / lengths[j], j
-            places[first:pool] = LOWER
-            basis[:], where[:], inverse[:, :] = kept, places, rows
-    if least > value * (1.0 + 1e-9) + 1e-9:
-        return INFEASIBLE, 0.0, 0.0, last, least, pool
-    return OPTIMAL, value, upper, critical, least, pool
-
-
-@compiled
-def _bound(basis, inverse, lo, hi, gain, x):
-    """Upper bound on q from the multipliers: what the motors can put in, at most."""
-    m = basis.shape[0]
-    row = -1
-    for r in range(m):
-        if basis[r] == m:
-            row = r
-    if row < 0:
-        return 0.0
-    total = 0.0
-    for k in range(6, m):
-        y = inverse[row, k]
-        if y != 0.0:
-            total += max(y * lo[k], y * hi[k])
-    load = 0.0
-    for r in range(m):
-        if basis[r] > m + 1:
-            load += abs(x[r])
-    return total + gain * load
+            lp.columns[r, m] = -hand.tasks[r, j]
+        if width - pool < (width - count) // 2:
+            pool, go_on = count, False
+        stage, code, gain, added, tried, before = ZERO + START, FAILED, 0.0, 0, False, pool
+        if go_on and _sees_task(lp) and refactor(lp):
+            stage = NEXT
+        else:
+            _begin(lp, hand, pool, stage)
+        while stage != DONE:
+            low, high = hand.lower, hand.upper
+            if stage in (START, SHARE):
+                low, high = hand.relaxed_lower, hand.relaxed_upper
+            goal, sense = (m + 1 if stage == SHARE else m), (-1.0 if stage == SMALLEST else 1.0)
+            if stage in (NEXT, RESTORE):
+                code = dual(lp, low, high, pool, goal, sense)
+            else:
+                code = primal(lp, low, high, pool, goal, sense)
+            row = row_of(basis, goal)
+            gain = 0.0
+            if exact and code == OPTIMAL and stage != START and row >= 0:
+                if added > 0 and added % REFACTOR_EDGES == 0:
+                    if not refactor(lp):
+                        return FAILED, 0.0, 0.0, j, 0.0
+                    find_values(lp, low, high)
+                if pool == width:
+                    return FAILED, 0.0, 0.0, j, 0.0
+                gain = _add_edge(lp, hand, low, high, pool, row, sense)
+                if gain > EDGE_GAIN:
+                    pool, added = pool + 1, added + 1
+                    stage = LARGEST if stage in (NEXT, RESTORE) else stage
+                    continue
+            added = 0
+            if stage == SHARE:
+                good = _end_share(lp, hand, pool)
+                code = INFEASIBLE if code == OPTIMAL and not good else code
+            elif stage == SMALLEST:
+                q = (lp.values[row] if row >= 0 else 0.0) / hand.lengths[j]
+                if q > least:
+                    least, last = q, j
+                _copy_state(
+                    before, hand.kept_basis, hand.kept_status, hand.kept_inverse,
+                    basis, status, inverse,
+                )  # fmt: skip
+                for k in range(before, pool):
+                    status[k] = LOWER
+            stage = _next_stage(stage, code, exact and not tried)
+            if stage in (START, SHARE):
+                tried = tried or stage == SHARE
+                _begin(lp, hand, pool, stage)
+            if stage == RECORD:
+                if not refactor(lp):
+                    return FAILED, 0.0, 0.0, j, 0.0
+                find_values(lp, hand.lower, hand.upper)
+                row = row_of(basis, m)
+                q = (lp.values[row] if row >= 0 else 0.0) / hand.lengths[j]
+                if q < value:
+                    value, critical = q, j
+                    upper = _upper_bound(lp, hand, gain) / hand.lengths[j]
+                    for r in range(m):
+                        hand.best_values[r], hand.best_basis[r] = lp.values[r], basis[r]
+                stage = SMALLEST if smallest else DONE
+                if smallest:
+                    before = pool
+                    _copy_state(
+                        before, basis, status, inverse,
+                        hand.kept_basis, hand.kept_status, hand.kept_inverse,
+                    )  # fmt: skip
+        if code == INFEASIBLE and tried and stage != DONE:
+            code = FAILED
+        if code != OPTIMAL and code != UNBOUNDED:
+            return code, 0.0, 0.0, j, 0.0
+        go_on = code == OPTIMAL
+    if least > value * (1.0 + SAME_SCALE) + SAME_SCALE:
+        return INFEASIBLE, 0.0, 0.0, last, least
+    return OPTIMAL, value, upper, critical, least

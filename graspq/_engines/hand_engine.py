@@ -31,8 +31,6 @@ UNLIMITED = "the motors do not limit the tasks: the structure carries them"
 
 # Columns kept for the edges that exact cones ask for; hands with patches take some hundreds.
 SPARE_COLUMNS = 1500
-# Exact cones have edges enough when the next one would gain less than this share of a unit.
-EDGE_GAIN = 1e-11
 # Edges that exact cones start from.
 FIRST_EDGES = 8
 # Rows of the wrench below this share of the largest are scaled no further, nor are loads of a
@@ -72,7 +70,7 @@ def solve(
 ) -> HandScaling:
     """Solve a checked problem; see ``hand_task_scaling``."""
     from graspq._compiled import bounded_simplex as simplex
-    from graspq._compiled.shared_motor_reach import reach
+    from graspq._compiled.shared_motor_reach import hand_for, reach
 
     cones, owners = cones_of(hand, origin, scale)
     directions = edge_directions(cones, FIRST_EDGES if edges is None else edges)
@@ -88,24 +86,15 @@ def solve(
             torque = float(hand.motor_torque[k]) if hand.motor_torque is not None else 0.0
             return _none(hand, UNLOADED.format(k=k, torque=torque), 0)
     program = _program(hand, columns, cones, tasks, size, loaded, edges is None)
-    m = len(program.table)
-    weights, basic = np.zeros(m), np.zeros(m, np.int64)
-    made = np.zeros(program.table.shape[1], np.int64)
-    status, value, upper, j, least, _ = reach(
+    lp, memory = hand_for(
         program.table,
-        program.used,
-        program.tasks,
-        program.lengths,
         program.lower,
         program.upper,
+        program.tasks,
+        program.lengths,
         program.exact,
-        EDGE_GAIN,
-        hand.held,
-        weights,
-        basic,
-        np.zeros(m - 6),
-        made,
     )
+    status, value, upper, j, least = reach(lp, memory, program.used, hand.held)
     if status == simplex.INFEASIBLE:
         names = ", ".join(str(k) for k in np.flatnonzero(hand.at_limit)) or "none"
         return _none(hand, NO_EQUILIBRIUM.format(j=j, motors=names), int(j))
@@ -118,7 +107,16 @@ def solve(
         forces = np.full((len(hand.contacts), 6), np.nan)
         load = np.full(len(hand.torque_limit), np.nan)
         return HandScaling(np.inf, np.inf, np.inf, int(j), forces, UNLIMITED, load)
-    forces, wrenches, load = _forces(hand, program, cones, owners, directions, weights, basic, made)
+    forces, wrenches, load = _forces(
+        hand,
+        program,
+        cones,
+        owners,
+        directions,
+        memory.best_values,
+        memory.best_basis,
+        memory.made,
+    )
     # Wrenches were scaled by ``torque_scale`` with the cones, as the tasks are.
     factor = program.unit / program.longest
     counts = [len(points_of(c)) for c in hand.contacts]

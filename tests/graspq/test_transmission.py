@@ -1,5 +1,7 @@
 """Hands with gears, tendons, couplings and underactuated joints: closed forms and a program."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -342,7 +344,7 @@ def test_equals_a_program_with_every_unknown_of_its_own(held):
     ],
 )
 def test_bad_transmissions_are_named(change, message):
-    good = dict(
+    good: dict[str, Any] = dict(
         contacts=[gq.Contact([0, 0, 0], [0, 0, 1.0], 0.5)],
         jacobians=[np.ones((3, 2))],
         torque_limit=[1.0],
