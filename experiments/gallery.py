@@ -18,11 +18,11 @@ from typing import Any
 
 import numpy as np
 
-from sdh_sim.errors import RenderError
+from sdh_sim.errors import RecordError, RenderError
 from sdh_sim.metrics.stored_grasps import read_stored
-from sdh_sim.records.schema import NO_TRUTH, RecordError
+from sdh_sim.records.trial_row import NO_TRUTH
 from sdh_sim.runs.folder import RunFolder
-from sdh_sim.trial.trial import run_trial
+from sdh_sim.trial.run_trial import run_trial
 from sdh_sim.trial.trial_log import TrialLog
 from sdh_sim.viewing.render import render_trial
 

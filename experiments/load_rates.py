@@ -9,11 +9,11 @@ from rich.console import Console
 from rich.table import Table
 
 from experiments.parallel import run_all
-from sdh_sim.cell.scene import build_scene
-from sdh_sim.cell.simulation import Cell
+from sdh_sim.cell.scene_builder import build_scene
 from sdh_sim.grasping.acquire import acquire
 from sdh_sim.grasping.motion_plan import find_course
 from sdh_sim.objects.catalogue import PAPER_ORDER, object_info
+from sdh_sim.report.html import Cell
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import load_test, outcome
 from sdh_sim.trial.lift import lift

@@ -10,7 +10,7 @@ from PIL import Image
 
 from sdh_sim.objects.catalogue import PAPER_ORDER
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.trial import run_trial
+from sdh_sim.trial.run_trial import run_trial
 from sdh_sim.trial.trial_log import TrialLog
 from sdh_sim.viewing.render import draw_frames, milestones
 

@@ -17,12 +17,13 @@ from rich.table import Table
 
 from experiments.parallel import run_all
 from sdh_sim.analysis.proportion import Rate
-from sdh_sim.cell.scene import Scene, build_scene
+from sdh_sim.cell.scene import Scene
+from sdh_sim.cell.scene_builder import build_scene
 from sdh_sim.grasping.motion_plan import Course, find_course
 from sdh_sim.objects.catalogue import PAPER_ORDER, object_info
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial.repeats import grasp_and_lift, perturbed
-from sdh_sim.trial.trial import run_trial
+from sdh_sim.trial.run_trial import run_trial
 
 CLOSE = 1.0  # motions nearer than this are one motion, whatever their labels [mm, deg]
 

@@ -24,10 +24,11 @@ from rich.table import Table
 import graspq as gq
 from experiments.parallel import run_all
 from sdh_sim.analysis.comparison import auc
+from sdh_sim.errors import RecordError
 from sdh_sim.metrics.stored_grasps import object_of, read_stored, snapshot_of
-from sdh_sim.objects.catalogue import ObjectInfo
+from sdh_sim.objects.object_info import ObjectInfo
 from sdh_sim.poses import rotation_of
-from sdh_sim.records.schema import NO_TRUTH, RecordError
+from sdh_sim.records.trial_row import NO_TRUTH
 from sdh_sim.robot.hand import MOTOR_NAMES, HandKinematics
 from sdh_sim.runs.folder import RunFolder
 from sdh_sim.sensing.pad_contacts import pad_contacts

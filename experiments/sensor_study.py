@@ -11,19 +11,19 @@ from rich.table import Table
 
 from experiments.parallel import run_all
 from sdh_sim.analysis.comparison import auc
-from sdh_sim.cell.scene import build_scene
-from sdh_sim.cell.simulation import Cell
+from sdh_sim.cell.scene_builder import build_scene
 from sdh_sim.grasping.acquire import acquire
 from sdh_sim.grasping.motion_plan import find_course
 from sdh_sim.metrics.prediction import predict
 from sdh_sim.objects.catalogue import PAPER_ORDER, object_info
+from sdh_sim.report.html import Cell
 from sdh_sim.robot.hand import HandKinematics
 from sdh_sim.robot.pads import arrays
+from sdh_sim.sensing.tactile_frames import take_snapshot
 from sdh_sim.sensing.tactile_sensor import SensorModel, TactileSensor
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import outcome
 from sdh_sim.trial.lift import lift
-from sdh_sim.trial.trial import take_snapshot
 
 DSA = SensorModel()
 PERFECT = SensorModel(

@@ -18,7 +18,7 @@ from sdh_sim.campaign.paper_preset import FAST_SETTINGS
 from sdh_sim.objects.catalogue import PAPER_ORDER
 from sdh_sim.runs.plan import RunPlan
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.trial import run_trial
+from sdh_sim.trial.run_trial import run_trial
 
 
 @dataclass
@@ -55,7 +55,7 @@ def one_core(settings: TrialSettings, trials: int, seed: int) -> tuple[float, fl
 
 
 def _build():
-    from sdh_sim.cell.scene import build_scene
+    from sdh_sim.cell.scene_builder import build_scene
 
     return build_scene
 

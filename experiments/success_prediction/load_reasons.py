@@ -12,7 +12,7 @@ from experiments.success_prediction.metric_grid import Variant
 from sdh_sim.analysis.comparison import NAMES
 from sdh_sim.analysis.study import Study
 from sdh_sim.analysis.trial_tables import SURPLUS
-from sdh_sim.records.schema import NO_TRUTH
+from sdh_sim.records.trial_row import NO_TRUTH
 from sdh_sim.report import html
 from sdh_sim.report.html import Cell, Section
 

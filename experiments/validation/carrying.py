@@ -7,11 +7,12 @@ import numpy as np
 
 from experiments.validation.result_rows import Result, Row
 from experiments.validation.rigs import HONEST, Spoil, timestep_in_use
-from sdh_sim.cell.scene import Scene, build_scene
-from sdh_sim.cell.simulation import Cell
+from sdh_sim.cell.scene import Scene
+from sdh_sim.cell.scene_builder import build_scene
 from sdh_sim.grasping.acquire import acquire
 from sdh_sim.grasping.motion_plan import Course, find_course
 from sdh_sim.objects.catalogue import object_info
+from sdh_sim.report.html import Cell
 from sdh_sim.robot.arm import along, arm_kinematics
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial.lift import LIFT_TIME

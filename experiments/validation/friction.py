@@ -26,7 +26,8 @@ from experiments.validation.rigs import (
     set_friction,
     settings_for,
 )
-from sdh_sim.cell.scene import PAD_IMPEDANCE, Scene
+from sdh_sim.cell.scene import Scene
+from sdh_sim.cell.scene_builder import PAD_IMPEDANCE
 from sdh_sim.robot import sdh2_constants as c
 from sdh_sim.robot.hand import MOTOR_NAMES
 

@@ -21,11 +21,12 @@ from experiments.validation.rigs import (
     timestep_in_use,
 )
 from sdh_sim.cell.contacts import taxel_forces
-from sdh_sim.cell.scene import Scene, build_scene, taxel_stiffness
-from sdh_sim.cell.simulation import Cell
+from sdh_sim.cell.scene import Scene
+from sdh_sim.cell.scene_builder import build_scene, taxel_stiffness
 from sdh_sim.grasping.acquire import acquire
 from sdh_sim.grasping.motion_plan import find_course
 from sdh_sim.objects.catalogue import object_info
+from sdh_sim.report.html import Cell
 from sdh_sim.robot import sdh2_constants as c
 from sdh_sim.settings import TrialSettings
 

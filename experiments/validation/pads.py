@@ -25,7 +25,7 @@ from experiments.validation.rigs import (
     bench,
     settings_for,
 )
-from sdh_sim.cell.scene import PAD_IMPEDANCE, taxel_stiffness
+from sdh_sim.cell.scene_builder import PAD_IMPEDANCE, taxel_stiffness
 from sdh_sim.robot import sdh2_constants as c
 
 PAD = "finger1_proximal"

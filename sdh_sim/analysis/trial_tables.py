@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 
 from sdh_sim import records
 from sdh_sim.records.parquet_files import _column_names
-from sdh_sim.records.schema import NO_TRUTH
+from sdh_sim.records.trial_row import NO_TRUTH
 from sdh_sim.records.user_columns import added_in, is_metric
 
 COMPARED = ("q_linf", "q_l1")  # metrics that every comparison needs

@@ -73,7 +73,7 @@ class Work:
         try:
             run_trial = self.trial
             if run_trial is None:
-                from sdh_sim.trial.trial import run_trial  # MuJoCo is loaded in workers only
+                from sdh_sim.trial.run_trial import run_trial  # MuJoCo is loaded in workers only
             result = run_trial(job.settings, job.seed, self.rerun != "none")
             row = records.normalise({**result.row, "trial": job.trial})
             if (row["object"], row["seed"]) != (job.settings.object, job.seed):

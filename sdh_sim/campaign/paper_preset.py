@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from sdh_sim.records.rows import Row
-from sdh_sim.records.schema import NO_TRUTH
+from sdh_sim.records.trial_row import NO_TRUTH
 
 # Grasps of each kind in section IV-B, half stable and half not: 584 in all.
 PAPER_SHARES = {"box": 67, "oval_bottle": 85, "spray_bottle": 71, "cylindrical_bottle": 69}

@@ -370,8 +370,7 @@ def _explain(error: Exception) -> int:
     if message is not None:  # typer's own: an unknown option, a word where a number belongs
         return _say(f"{message()} (sdh-sim --help lists the commands and options)", 2)
 
-    from sdh_sim.errors import CampaignError, RunError, SettingsError
-    from sdh_sim.records.schema import RecordError
+    from sdh_sim.errors import CampaignError, RecordError, RunError, SettingsError
     from sdh_sim.settings import CHOICES, RANGES
 
     if isinstance(error, CampaignError):

@@ -29,7 +29,7 @@ from sdh_sim.metrics.user_metrics import fault_lines, find_metrics
 from sdh_sim.objects.catalogue import find_objects, object_names
 from sdh_sim.records.parquet_files import read_rows, read_table, write_rows
 from sdh_sim.records.rows import Row
-from sdh_sim.records.schema import FAILURES
+from sdh_sim.records.trial_row import FAILURES
 from sdh_sim.records.user_columns import METRIC_ERROR, added_columns
 from sdh_sim.runs.folder import RunFolder
 from sdh_sim.runs.plan import RunPlan

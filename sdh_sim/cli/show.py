@@ -86,13 +86,13 @@ def stored_jobs(folder: RunFolder, trials: Sequence[int]) -> list[tuple[Any, rec
 
 def repeat(folder: RunFolder, job: Any, stored: records.Row) -> Any:
     """Run a stored trial again, print its verdict, and warn where it differs; its log."""
-    from sdh_sim.trial.trial import run_trial
+    from sdh_sim.trial.run_trial import run_trial
 
     # Users' metrics are not evaluated again: code that a run's folder names is not run unasked.
     result = run_trial(dataclasses.replace(job.settings, metrics=()), job.seed, log=True)
     row = records.normalise({**result.row, "trial": job.trial})
     row["surplus"] = stored["surplus"]  # known to the run, not to the trial
-    row |= {name: value for name, value in stored.items() if is_added(name)}
+    row.update({name: value for name, value in stored.items() if is_added(name)})
     if differing := records.differing_columns(row, stored):
         _warn(folder, differing)
     output().print(verdict(row), markup=False, soft_wrap=True)

@@ -14,9 +14,9 @@ import numpy as np
 import pyarrow as pa
 
 from sdh_sim import records
-from sdh_sim.errors import RunError
+from sdh_sim.errors import RecordError, RunError, one_line
 from sdh_sim.records.rows import Row
-from sdh_sim.records.schema import FAILURES, RecordError, one_line
+from sdh_sim.records.trial_row import FAILURES
 from sdh_sim.records.user_columns import added_columns
 from sdh_sim.runs.plan import RunPlan, trial_seed
 from sdh_sim.runs.shards import Index, Rows, ShardWriter, join, place

@@ -23,10 +23,10 @@ import pyarrow.parquet as pq
 
 from sdh_sim import records
 from sdh_sim.atomic_files import write_atomic
+from sdh_sim.errors import RecordError
 from sdh_sim.records.column import Column
 from sdh_sim.records.parquet_files import ROW_GROUP
 from sdh_sim.records.rows import Row
-from sdh_sim.records.schema import RecordError
 
 _CACHED_BLOCKS = 6  # of 3 MB; neighbours in the table mostly lie in two or three
 

@@ -19,10 +19,10 @@ from sdh_sim.campaign.campaign import run_campaign
 from sdh_sim.cli.app import app
 from sdh_sim.records.parquet_files import read_rows
 from sdh_sim.records.rows import normalise
-from sdh_sim.records.schema import COLUMNS
+from sdh_sim.records.trial_row import COLUMNS
 from sdh_sim.runs.plan import RunPlan
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.trial import run_trial
+from sdh_sim.trial.run_trial import run_trial
 from tests.support.doc_blocks import blocks, words
 from tests.support.repository import ROOT
 

@@ -27,7 +27,7 @@ from sdh_sim.metrics.built_in import MAX_VOLUME_CONTACTS, METRICS
 from sdh_sim.metrics.stored_grasps import grasp_of, read_stored
 from sdh_sim.robot.hand import HandKinematics
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.trial import run_trial
+from sdh_sim.trial.run_trial import run_trial
 
 TRIALS = 24  # too few of either outcome to learn from: the baseline that learns is tested by itself
 

@@ -26,8 +26,7 @@ if __name__ == "__main__":
     sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parent)]
 
 from sdh_sim import records
-from sdh_sim.errors import RunError, SettingsError
-from sdh_sim.records.schema import RecordError
+from sdh_sim.errors import RecordError, RunError, SettingsError
 from sdh_sim.runs.folder import RunFolder
 from tests.support.trial_stand_ins import make_row, plan
 

@@ -12,7 +12,7 @@ import pytest
 
 from sdh_sim import records
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.trial import run_trial
+from sdh_sim.trial.run_trial import run_trial
 
 
 def _cli(*words: str) -> subprocess.CompletedProcess[str]:

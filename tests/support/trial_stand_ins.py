@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from sdh_sim.records.schema import FAILURES
+from sdh_sim.records.trial_row import FAILURES
 from sdh_sim.runs.plan import RunPlan
 from sdh_sim.settings import TrialSettings
 

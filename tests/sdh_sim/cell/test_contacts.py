@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from sdh_sim.cell.contacts import taxel_forces
-from sdh_sim.cell.scene import Scene, build_scene
+from sdh_sim.cell.scene import Scene
+from sdh_sim.cell.scene_builder import build_scene
 from sdh_sim.robot import sdh2_constants as c
 from sdh_sim.robot.hand import MOTOR_NAMES, HandKinematics
 from sdh_sim.robot.pads import PAD_OFFSETS, arrays

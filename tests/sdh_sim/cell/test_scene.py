@@ -8,15 +8,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from sdh_sim.cell.scene import (
-    ARM_GEOM,
-    HAND_GEOM,
-    OBJECT_GEOM,
-    TABLE_GEOM,
-    Scene,
-    build_scene,
-    taxel_stiffness,
-)
+from sdh_sim.cell.scene import ARM_GEOM, HAND_GEOM, OBJECT_GEOM, TABLE_GEOM, Scene
+from sdh_sim.cell.scene_builder import build_scene, taxel_stiffness
 from sdh_sim.errors import SettingsError
 from sdh_sim.grasping.motion_plan import find_course, place
 from sdh_sim.model_files import models_dir

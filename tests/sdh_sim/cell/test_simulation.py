@@ -6,9 +6,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from sdh_sim.cell.scene import Scene, build_scene
-from sdh_sim.cell.simulation import Cell
+from sdh_sim.cell.scene import Scene
+from sdh_sim.cell.scene_builder import build_scene
 from sdh_sim.errors import Diverged
+from sdh_sim.report.html import Cell
 from sdh_sim.settings import TrialSettings
 
 

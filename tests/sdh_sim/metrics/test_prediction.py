@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from sdh_sim.metrics.prediction import NO_READING, predict
-from sdh_sim.objects.catalogue import ObjectInfo, object_info, user_object
+from sdh_sim.objects.catalogue import object_info, user_object
+from sdh_sim.objects.object_info import ObjectInfo
 from sdh_sim.robot.hand import HandKinematics
 from sdh_sim.sensing import perceived_grasp as perception
 from sdh_sim.sensing.snapshot import TactileSnapshot

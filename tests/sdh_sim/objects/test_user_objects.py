@@ -19,7 +19,8 @@ import trimesh
 
 from sdh_sim import records
 from sdh_sim.campaign.campaign import run_campaign
-from sdh_sim.cell.scene import OBJECT_GEOM, build_scene
+from sdh_sim.cell.scene import OBJECT_GEOM
+from sdh_sim.cell.scene_builder import build_scene
 from sdh_sim.cli.app import main
 from sdh_sim.errors import ObjectError, SettingsError
 from sdh_sim.grasping.grasp_sampler import sample_grasp
@@ -27,14 +28,14 @@ from sdh_sim.metrics.built_in import evaluate
 from sdh_sim.metrics.stored_grasps import grasp_of
 from sdh_sim.model_files import models_dir
 from sdh_sim.objects.catalogue import (
-    ObjectInfo,
     find_objects,
     object_info,
     object_names,
     object_spec,
     user_object,
 )
-from sdh_sim.objects.facts import DEFAULT_SPREAD, Spread
+from sdh_sim.objects.facts import DEFAULT_SPREAD
+from sdh_sim.objects.object_info import ObjectInfo, Spread
 from sdh_sim.robot.hand import HandKinematics
 from sdh_sim.runs.folder import RunFolder
 from sdh_sim.runs.plan import RunPlan

@@ -14,7 +14,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from sdh_sim import records
-from sdh_sim.records.schema import RecordError
+from sdh_sim.errors import RecordError
 from tests.support.repository import ROOT
 from tests.support.trial_stand_ins import make_row
 

@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sdh_sim.cell.scene import build_scene
-from sdh_sim.cell.simulation import Cell
+from sdh_sim.cell.scene_builder import build_scene
 from sdh_sim.grasping.acquire import acquire
 from sdh_sim.grasping.motion_plan import find_course
 from sdh_sim.objects.catalogue import object_info
+from sdh_sim.report.html import Cell
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import load_test
 from sdh_sim.trial.lift import lift
-from sdh_sim.trial.trial import run_trial
+from sdh_sim.trial.run_trial import run_trial
 
 BOTTLE = TrialSettings("cylindrical_bottle")
 HELD_SEED = 11  # a grasp that holds 2.3 times the weight, well on its pads

@@ -10,17 +10,19 @@ import numpy as np
 import pytest
 
 from sdh_sim import records
-from sdh_sim.cell.scene import HAND_GEOM, OBJECT_GEOM, Scene, build_scene
-from sdh_sim.cell.simulation import Cell
+from sdh_sim.cell.scene import HAND_GEOM, OBJECT_GEOM, Scene
+from sdh_sim.cell.scene_builder import build_scene
 from sdh_sim.grasping import motion_plan as course_module
 from sdh_sim.grasping.acquire import acquire
 from sdh_sim.grasping.grasp_sampler import GraspPlan
 from sdh_sim.grasping.motion_plan import find_course
-from sdh_sim.objects.catalogue import ObjectInfo, object_info
+from sdh_sim.objects.catalogue import object_info
+from sdh_sim.objects.object_info import ObjectInfo
+from sdh_sim.report.html import Cell
 from sdh_sim.robot.hand import HandKinematics, preshape_angles
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import trial
-from sdh_sim.trial.trial import TrialResult, run_trial
+from sdh_sim.trial.run_trial import TrialResult, run_trial
 
 BOTTLE = TrialSettings("cylindrical_bottle")
 
