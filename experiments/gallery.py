@@ -91,7 +91,7 @@ def _displacement(log: TrialLog) -> np.ndarray:
     place = []
     for position, quat in zip(log.body_position, log.body_quat, strict=True):
         w, v = quat[scene.palm, 0], -quat[scene.palm, 1:]
-        apart = position[scene.object] - position[scene.palm]
+        apart = position[scene.object_body] - position[scene.palm]
         place.append(apart + 2.0 * np.cross(v, np.cross(v, apart) + w * apart))
     return 1e3 * np.linalg.norm(np.array(place) - place[rest], axis=1)
 

@@ -7,7 +7,6 @@ changes no more is fine enough.
 from __future__ import annotations
 
 import argparse
-import functools
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -17,13 +16,11 @@ from rich.table import Table
 
 from experiments.parallel import run_all
 from sdh_sim.analysis.proportion import Rate
-from sdh_sim.cell.scene import Scene
-from sdh_sim.cell.scene_builder import build_scene
-from sdh_sim.grasping.motion_plan import Course, find_course
-from sdh_sim.objects.catalogue import PAPER_ORDER, object_info
+from sdh_sim.cell import scene_of
+from sdh_sim.objects import PAPER_ORDER
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.repeats import grasp_and_lift, perturbed
-from sdh_sim.trial.run_trial import run_trial
+from sdh_sim.trial import Trial, run_trial
+from sdh_sim.trial.repeats import perturbed
 
 CLOSE = 1.0  # motions nearer than this are one motion, whatever their labels [mm, deg]
 
@@ -51,52 +48,46 @@ VARIANTS = (
 )
 
 
-class Motion(NamedTuple):
+class Label(NamedTuple):
     """Label of a trial and how far the object moved and turned in the hand [mm, deg]."""
 
     held: bool
     moved: float
     turned: float
 
-    def near(self, other: Motion) -> bool:
+    def near(self, other: Label) -> bool:
         """Whether two motions are the same within CLOSE."""
         return abs(self.moved - other.moved) < CLOSE and abs(self.turned - other.turned) < CLOSE
 
 
 @dataclass(frozen=True)
 class Pair:
-    """Motion of one grasp at the default and in every variant."""
+    """Label of one grasp at the default and in every variant."""
 
-    usual: Motion
-    others: tuple[Motion, ...]
+    usual: Label
+    others: tuple[Label, ...]
 
 
 def pair(job: tuple[str, int]) -> Pair:
     """Run one grasp in all variants."""
     name, seed = job
-    usual = TrialSettings(object=name)
-    course = find_course(_scene(usual), object_info(name), np.random.default_rng(seed))
-    return Pair(_motion(usual, course), tuple(_variant(usual, course, v, seed) for v in VARIANTS))
+    usual = Trial(TrialSettings(object=name), seed)
+    return Pair(_label(usual), tuple(_label(_variant(usual, v)) for v in VARIANTS))
 
 
-def _variant(usual: TrialSettings, course: Course, variant: Variant, seed: int) -> Motion:
-    settings = replace(usual, timestep=variant.timestep)
+def _variant(usual: Trial, variant: Variant) -> Trial:
+    motion = usual.motion
     if variant.aside:
-        noise = replace(usual, repeat_position=variant.aside, repeat_angle=0.0)
-        copy = perturbed(_scene(noise), object_info(usual.object), course,
-                         np.random.default_rng((seed, 1)))  # fmt: skip
-        course = course if copy is None else copy
-    return _motion(settings, course)
+        noise = replace(usual.settings, repeat_position=variant.aside, repeat_angle=0.0)
+        rng = np.random.default_rng((usual.seed, 1))
+        motion = perturbed(scene_of(noise), motion, rng) or motion
+    settings = replace(usual.settings, timestep=variant.timestep)
+    return Trial(settings, usual.seed, motion=motion)
 
 
-def _motion(settings: TrialSettings, course: Course) -> Motion:
-    failure, moved, turned = grasp_and_lift(_scene(settings), object_info(settings.object), course)
-    return Motion(failure == "none", moved, turned)
-
-
-@functools.lru_cache(maxsize=20)
-def _scene(settings: TrialSettings) -> Scene:
-    return build_scene(settings)
+def _label(trial: Trial) -> Label:
+    failure, motion = trial.grasp_and_lift()
+    return Label(failure == "none", motion.displacement_mm, motion.rotation_deg)
 
 
 def noisy(job: tuple[str, int, int]) -> tuple[str, bool, float]:

@@ -37,7 +37,7 @@ CHECKS: dict[str, tuple[str, Check]] = {
     "single_finger": ("One pad: f = J⁻ᵀ τ̄", forces.single_finger),
     "two_pads": ("Two pads of a finger: Σ Jᵀ f = τ̄", forces.two_pads),
     "tactile_total": ("Total tactile force of two fingers", forces.tactile_total),
-    "whole_grasp": ("Whole grasps in the cell: Σ Jᵀ f = τ of all motors", motion.whole_grasp),
+    "whole_grasp": ("Whole grasps in the workcell: Σ Jᵀ f = τ of all motors", motion.whole_grasp),
     "plate": ("Stiffness of a pad under a plate", pads.plate),
     "ball": ("Ball pressed into a pad: elastic foundation", pads.ball),
     "modulus": ("Effect of the rubber's modulus", pads.modulus),

@@ -25,6 +25,7 @@ from sdh_sim.analysis.thresholds import (
     calibrate,
     cross_validate,
 )
+from sdh_sim.records.parquet_files import columns_of
 
 LOAD = ("q_sim", "q_sim_capped")
 EVERY, SEEN = "all", "no unseen contact"  # subsets of the load test's trials
@@ -119,7 +120,7 @@ def read_study(
         RecordError: a file is no table of trials.
     """
     own = trial_tables.user_metrics(paths)
-    extra = trial_tables.columns_of(paths, (*metrics, *own, *LOAD, "unsensed_contact"))
+    extra = columns_of(paths, (*metrics, *own, *LOAD, "unsensed_contact"))
     table = trial_tables.read_trials(paths, extra)
     wanted = tuple(m for m in (*metrics, *own) if m in table.column_names)
     thresholds = {name: value for name, value in own.items() if value is not None}

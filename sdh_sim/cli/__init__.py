@@ -1,5 +1,5 @@
-"""The command ``sdh-sim``; ``main`` runs it, ``app`` has its commands and options."""
+"""The command ``sdh-sim``; ``main`` runs it."""
 
-from sdh_sim.cli.app import app, main
+from sdh_sim.cli.app import main
 
-__all__ = ["app", "main"]
+__all__ = ["main"]

@@ -11,9 +11,9 @@ import numpy as np
 import pyarrow as pa
 
 from sdh_sim import records
-from sdh_sim.analysis import trial_tables
 from sdh_sim.objects.catalogue import object_info
 from sdh_sim.objects.object_info import ObjectInfo
+from sdh_sim.records.parquet_files import columns_of
 from sdh_sim.robot.hand import MOTOR_NAMES, HandKinematics
 from sdh_sim.sensing.perceived_grasp import PerceivedGrasp, perceive
 from sdh_sim.sensing.snapshot import TactileSnapshot
@@ -39,7 +39,7 @@ def read_stored(paths: Sequence[Path]) -> tuple[pa.Table, list[dict[str, Any]]]:
     Raises:
         RecordError: a table lacks what a snapshot consists of.
     """
-    shared = trial_tables.columns_of(paths, records.SCHEMA.names)
+    shared = columns_of(paths, records.SCHEMA.names)
     names = dict.fromkeys((*_NEEDED_TOO, *_NEEDED, *shared))
     table = pa.concat_tables([records.read_table(path, list(names)) for path in paths])
     columns = {}
