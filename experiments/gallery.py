@@ -8,7 +8,6 @@ furthest on the wrong side come first. Writes a page ``gallery.md`` beside them.
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 import math
 import sys
@@ -18,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from experiments.command_line import Parser
 from sdh_sim.errors import RecordError, RenderError
 from sdh_sim.metrics.stored_grasps import read_stored
 from sdh_sim.records.trial_row import NO_TRUTH
@@ -120,7 +120,7 @@ def show(row: Mapping[str, Any], folder: RunFolder, name: str, out: Path, draw: 
 
 def main(argv: list[str] | None = None) -> int:
     """Make the gallery."""
-    parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
+    parser = Parser(__doc__)
     parser.add_argument("run", type=Path, help="run folder of sdh-sim lift")
     parser.add_argument("--metric", default="q_linf", choices=SHOWN)
     parser.add_argument("--each", type=int, default=3, help="trials of each kind [3]")

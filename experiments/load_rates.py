@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import argparse
-
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from experiments.command_line import Parser, at_least
 from experiments.parallel import run_all
 from sdh_sim.objects.catalogue import PAPER_ORDER
 from sdh_sim.settings import TrialSettings
@@ -29,12 +28,11 @@ def loads(job: tuple[str, int]) -> tuple[str, list[float], float] | None:
 
 def main(argv: list[str] | None = None) -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = Parser(__doc__)
     parser.add_argument("--grasps", type=int, default=60, help="grasps to try [60]")
     parser.add_argument("--seed", type=int, default=2000, help="first seed [2000]")
     args = parser.parse_args(argv)
-    if args.grasps < 1 or args.seed < 0:
-        parser.error("--grasps must be at least 1 and --seed at least 0")
+    at_least(parser, args, grasps=1, seed=0)
     jobs = [(PAPER_ORDER[k % 4], args.seed + k // 4) for k in range(args.grasps)]
     found = [r for r in run_all(loads, jobs, "load tests") if r is not None]
     q = np.array([values for _, values, _ in found])

@@ -6,7 +6,6 @@ changes no more is fine enough.
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -14,6 +13,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from experiments.command_line import Parser, at_least
 from experiments.parallel import run_all
 from sdh_sim.analysis.proportion import Rate
 from sdh_sim.cell import scene_of
@@ -99,14 +99,13 @@ def noisy(job: tuple[str, int, int]) -> tuple[str, bool, float]:
 
 def main(argv: list[str] | None = None) -> None:
     """Print both tables."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser = Parser(__doc__)
     parser.add_argument("--grasps", type=int, default=400, help="for the time step [400]")
     parser.add_argument("--noisy", type=int, default=40, help="grasps to repeat with noise [40]")
     parser.add_argument("--repeats", type=int, default=10, help="copies of each [10]")
     parser.add_argument("--seed", type=int, default=1000, help="first seed [1000]")
     args = parser.parse_args(argv)
-    if min(args.grasps, args.noisy, args.repeats) < 0 or args.seed < 0:
-        parser.error("--grasps, --noisy, --repeats and --seed must not be negative")
+    at_least(parser, args, grasps=0, noisy=0, repeats=0, seed=0)
     console = Console(width=110)
     jobs = [(PAPER_ORDER[k % 4], args.seed + k // 4) for k in range(args.grasps)]
     if jobs:

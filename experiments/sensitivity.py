@@ -8,7 +8,6 @@ with one thing changed. Writes ``sensitivity.png`` and ``sensitivity.csv``.
 
 from __future__ import annotations
 
-import argparse
 import csv
 import functools
 import sys
@@ -22,6 +21,7 @@ from rich.console import Console
 from rich.table import Table
 
 import graspq as gq
+from experiments.command_line import Parser
 from experiments.parallel import run_all
 from sdh_sim.analysis.comparison import auc
 from sdh_sim.errors import RecordError
@@ -174,7 +174,7 @@ def _grasp(row: dict[str, Any], folders: Mapping[str, ObjectFolder]) -> Grasp | 
 
 def main(argv: list[str] | None = None) -> int:
     """Print the table, draw the curves."""
-    parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
+    parser = Parser(__doc__)
     parser.add_argument("run", type=Path, help="run folder of sdh-sim lift")
     parser.add_argument("--out", type=Path, help="where to write [RUN/report]")
     parser.add_argument("--seed", type=int, default=0, help="of the noise [0]")

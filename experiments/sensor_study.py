@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass, replace
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from experiments.command_line import Parser, at_least
 from experiments.parallel import run_all
 from sdh_sim.analysis.comparison import auc
 from sdh_sim.metrics.prediction import predict
@@ -70,12 +70,11 @@ def observe(job: tuple[str, int]) -> Seen:
 
 def main(argv: list[str] | None = None) -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = Parser(__doc__)
     parser.add_argument("--grasps", type=int, default=200, help="grasps, all objects [200]")
     parser.add_argument("--seed", type=int, default=3000, help="first seed [3000]")
     args = parser.parse_args(argv)
-    if args.grasps < 4 or args.seed < 0:
-        parser.error("--grasps must be at least 4 and --seed at least 0")
+    at_least(parser, args, grasps=4, seed=0)
     jobs = [(PAPER_ORDER[k % 4], args.seed + k // 4) for k in range(args.grasps)]
     seen = run_all(observe, jobs, "grasps")
     held = np.array([s.held for s in seen])

@@ -20,6 +20,7 @@ from pathlib import Path
 
 from rich.table import Table
 
+from experiments.command_line import Parser
 from experiments.validation import carrying, forces, friction, motion, pads, sensor
 from experiments.validation.result_rows import Result, Row
 from experiments.validation.rigs import HONEST, Spoil, timestep_in_use
@@ -152,9 +153,7 @@ def _percent(share: float, sign: str) -> str:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m experiments.validation", description=(__doc__ or "").partition("\n")[0]
-    )
+    parser = Parser(__doc__)
     parser.add_argument("--short", action="store_true", help="fewer cases, under 20 s on one core")
     parser.add_argument("--preset", choices=("fast",), help="as of sdh-sim lift: its time step")
     parser.add_argument("--out", metavar="DIR", help="write pictures and validation.csv there")
