@@ -1,6 +1,6 @@
 """Trials that take no time, for tests of what surrounds a trial: order, resume, stops, deaths.
 
-The tests of the real thing end to end are elsewhere; these rows only have a trial's form.
+Tests of real trials are elsewhere; these rows only have a trial's form.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ def growing(settings: TrialSettings, seed: int, log: bool = False) -> Result:
     return Result({**row, "q_reason": noise.tobytes().decode()})
 
 
-def hopeless(settings: TrialSettings, seed: int, log: bool = False) -> Result:
+def always_fails(settings: TrialSettings, seed: int, log: bool = False) -> Result:
     """Nothing works."""
     raise ImportError("no module named physics")
 
