@@ -18,7 +18,7 @@ def use_trial(monkeypatch, trial) -> None:
     """Let the commands run this function for every trial."""
     run = functools.partial(run_campaign, trial=trial)
     monkeypatch.setattr(cli_lift, "run_campaign", run)
-    module = types.ModuleType("sdh_sim.trial.trial")
+    module = types.ModuleType("sdh_sim.trial.run_trial")
     module.__dict__["run_trial"] = trial
     monkeypatch.setitem(sys.modules, module.__name__, module)
 
