@@ -65,6 +65,18 @@ def quick(settings: TrialSettings, seed: int, log: bool = False) -> Result:
     return Result(make_row(settings.object, seed))
 
 
+def either(settings: TrialSettings, seed: int, log: bool = False) -> Result:
+    """Holds the object, or drops it at odd seeds."""
+    failure = "dropped" if seed % 2 else "none"
+    row = make_row(settings.object, seed)
+    return Result({**row, "success": failure == "none", "failure": failure})
+
+
+def holds(settings: TrialSettings, seed: int, log: bool = False) -> Result:
+    """Always holds the object."""
+    return Result({**make_row(settings.object, seed), "success": True, "failure": "none"})
+
+
 def uneven(settings: TrialSettings, seed: int, log: bool = False) -> Result:
     """Times that differ, so that trials end out of order."""
     time.sleep((seed % 7) * 0.005)

@@ -11,6 +11,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from sdh_sim.campaign import paper_preset
 from sdh_sim.cli.app import main
 from sdh_sim.records.parquet_files import read_rows
 from sdh_sim.runs.folder import RunFolder
@@ -154,3 +155,43 @@ def test_ctrl_c_on_a_terminal_shows_the_bar_and_keeps_the_trials(tmp_path):
         f"interrupted: {kept} of 200 trials are kept in {out}/trials.parquet; "
         f"continue with: sdh-sim lift --resume --out '{out}'"
     )
+
+
+def test_a_preset_stands_below_what_is_given(tmp_path, quick):
+    fast, mixed = tmp_path / "fast", tmp_path / "mixed"
+    assert main([*LIFT, str(fast), "--trials", "1", "--preset", "fast"]) == 0
+    assert RunFolder(fast).read_plan().settings == TrialSettings("box", timestep=0.004)
+    given = ["--preset", "fast", "--timestep", "0.001", "--arm", "rigid"]
+    assert main([*LIFT, str(mixed), "--trials", "1", *given]) == 0
+    wanted = TrialSettings("box", timestep=0.001, arm="rigid")
+    assert RunFolder(mixed).read_plan().settings == wanted
+
+
+def test_the_papers_preset_runs_rounds_until_its_shares_are_full(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(paper_preset, "PAPER_SHARES", {"box": 2, "oval_bottle": 3})
+    monkeypatch.setattr(paper_preset, "FIRST", 4)
+    monkeypatch.setattr(paper_preset, "MOST", 60)
+    use_trial(monkeypatch, stand_ins.either)
+    out = tmp_path / "out"
+    lift = ["lift", "--preset", "paper", "--out", str(out)]
+    assert main([*lift, "--sensor", "ideal"]) == 0
+    printed, err = capsys.readouterr()
+    plan = RunFolder(out).read_plan()
+    assert plan.objects == ("box", "oval_bottle")
+    assert plan.trials > 4
+    assert plan.settings == TrialSettings("box", grasps="precision", pads="distal", sensor="ideal")
+    assert f"on to {plan.trials} trials of each" in err
+    assert "shares: box " in printed.splitlines()[-1]
+    rows = [row for row in read_rows(out / "trials.parquet") if not row["surplus"]]
+    for name, share in paper_preset.PAPER_SHARES.items():
+        held = [row["success"] for row in rows if row["object"] == name]
+        assert (held.count(True), held.count(False)) == (share, share)
+    assert main([*lift, "--sensor", "ideal", "--resume"]) == 0  # nothing left to do
+    assert RunFolder(out).read_plan() == plan
+
+    use_trial(monkeypatch, stand_ins.holds)
+    capsys.readouterr()
+    assert main([*lift, "--overwrite"]) == 2
+    line = capsys.readouterr().err.splitlines()[-1]
+    assert "--preset: box, oval_bottle cannot fill the paper's share in 60 trials" in line
+    assert RunFolder(out).read_plan().trials == 60
