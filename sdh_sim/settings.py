@@ -18,7 +18,7 @@ PAPER_TORQUE_LIMIT = (
     round(DATASHEET_TORQUE_LIMIT[0] * PAPER_TORQUE_FACTOR, 4),
     round(DATASHEET_TORQUE_LIMIT[1] * PAPER_TORQUE_FACTOR, 4),
 )
-LARGEST_TORQUE = 100.0  # [N m] that anyone may ask for
+LARGEST_TORQUE = 100.0  # [N m] that a motor may have
 
 
 @dataclass(frozen=True)

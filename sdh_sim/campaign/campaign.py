@@ -59,11 +59,11 @@ def run_campaign(
         CampaignError: the disk refused, no worker starts or every trial fails; finished trials
             are kept.
     """
-    asked = RunOptions(workers=workers, **options)
-    if asked.executor == "dask":
+    how = RunOptions(workers=workers, **options)
+    if how.executor == "dask":
         from sdh_sim.campaign import dask_cluster
 
-        dask_cluster.check_available(asked.scheduler)
+        dask_cluster.check_available(how.scheduler)
     folder = RunFolder(out)
     folder.make()
     with contextlib.ExitStack() as stack:
@@ -71,17 +71,17 @@ def run_campaign(
             stack.enter_context(run_lock(folder.lock))
         except OSError as error:
             raise folder.write_error(error) from error
-        session = _open_session(plan, folder, asked)
+        session = _open_session(plan, folder, how)
         if on_start is not None:
             on_start(session.result)
         missing = plan.total - session.finished.kept
-        slots = min(asked.workers, max(missing, 1))
-        session.begin(asked, slots)
+        slots = min(how.workers, max(missing, 1))
+        session.begin(how, slots)
         stop = stack.enter_context(StopSignals())
         broken_by: BaseException | None = None
         try:
             if missing:
-                executor = _executor(asked, slots, _task(trial, asked, folder))
+                executor = _executor(how, slots, _task(trial, how, folder))
                 jobs = (plan.job(number) for number in _missing(session.finished))
                 with contextlib.closing(run_jobs(jobs, executor)) as batches:
                     for batch in batches:
@@ -90,7 +90,7 @@ def run_campaign(
                         if on_trial is not None:
                             for row in rows:
                                 on_trial(row)
-                        session.save_if_due(asked.save_every)
+                        session.save_if_due(how.save_every)
                 session.check_all_failed()
         except BaseException as error:
             broken_by = error

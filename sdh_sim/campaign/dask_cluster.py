@@ -2,8 +2,8 @@
 
 Dask is the extra ``distributed``. A Dask worker does not run trials itself but in processes of its
 own (``local_processes``), one per thread: a trial that kills its process ends no other trial, and
-the Dask worker stays. Where a worker goes away (its machine
-does), Dask runs its trials elsewhere.
+the Dask worker stays. Where a worker is lost, with its machine perhaps, Dask runs its trials
+elsewhere.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Trials in, rows out, whatever runs them: what a worker does, what is tried again, what stops.
+"""Trials in, rows out: what a worker does with a job, and how jobs reach workers.
 
 An ``Executor`` runs jobs somewhere (``local_processes``, ``dask_cluster``); ``run_jobs`` keeps it
 busy and gives every job one more try.

@@ -21,7 +21,7 @@ from sdh_sim.runs.finished_trials import FinishedTrials
 from sdh_sim.runs.folder import RunFolder
 from sdh_sim.runs.plan import Job, RunPlan
 
-MOST_ROWS_LIVE = 50_000  # a table up to here (10 s to write) follows the run, and a Ctrl-C
+ROWS_KEPT_CURRENT = 50_000  # a longer table (10 s to write) is written at the end of the run alone
 ALL_FAILED = 10  # errors before any other outcome that stop the run: something is broken for all
 _RESERVE = 1 << 20  # [bytes] more than the rows of one moment and run.json take
 
@@ -103,11 +103,11 @@ class RunSession:
         self._started = self._last_save = time.monotonic()
 
     def begin(self, options: RunOptions, workers: int) -> None:
-        """Enter this session in run.json; write a first table, which proves that both can be.
+        """Enter this session in run.json and write a first table: a full disk shows at once.
 
         Args:
             options: of the run.
-            workers: as many as there is work for.
+            workers: those that there are trials for.
         """
         now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
         self._entry = {
@@ -122,12 +122,12 @@ class RunSession:
         }
         for earlier in self._history:
             if isinstance(earlier, dict) and earlier.get("state") == "running":
-                earlier["state"] = "killed"  # it had no chance to say so itself
+                earlier["state"] = "killed"  # it could not write that itself
         self._history.append(self._entry)
         try:
             self.folder.write_info(self.plan, self._history)
             self.folder.reserve.write_bytes(bytes(_RESERVE))
-            if self.finished.kept <= MOST_ROWS_LIVE:
+            if self.finished.kept <= ROWS_KEPT_CURRENT:
                 self.finished.compact()
         except OSError as error:
             raise self.folder.write_error(error) from error
@@ -135,8 +135,8 @@ class RunSession:
     def add(self, batch: list[tuple[Job, JobResult]]) -> list[TrialRow]:
         """Keep finished trials; they are on the disk when this returns.
 
-        Errors wait in memory until a trial ends otherwise: a run in which something is broken for
-        all keeps no rows, and runs all its trials again when it is mended.
+        Errors wait in memory until a trial ends otherwise: a run in which all trials fail keeps no
+        rows, and runs all of them again once the fault is corrected.
         """
         good = [(job, result) for job, result in batch if result.row is not None]
         refused = [(job, result) for job, result in batch if result.refused]
@@ -191,7 +191,7 @@ class RunSession:
     def save_if_due(self, every: float) -> None:
         """Bring the table up to date each time the run has doubled."""
         new = self.finished.in_shards
-        if self.finished.kept <= MOST_ROWS_LIVE and 2 * new >= self.finished.kept:
+        if self.finished.kept <= ROWS_KEPT_CURRENT and 2 * new >= self.finished.kept:
             if time.monotonic() - self._last_save < every:
                 return
             try:
@@ -222,7 +222,7 @@ class RunSession:
         if isinstance(cause, _SaveFailed):
             lost, refused = cause.lost, cause.__cause__
         try:
-            if refused is None and (cause is None or self.finished.kept <= MOST_ROWS_LIVE):
+            if refused is None and (cause is None or self.finished.kept <= ROWS_KEPT_CURRENT):
                 self.finished.compact()
             self.folder.write_info(self.plan, self._history)
         except OSError as error:

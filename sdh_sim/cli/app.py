@@ -180,7 +180,7 @@ def main(arguments: list[str] | None = None) -> int:
         status = app(args=arguments, prog_name="sdh-sim", standalone_mode=False)
         sys.stdout.flush()
         return status if isinstance(status, int) else 0
-    except BrokenPipeError:  # the reader (head, less) left: not an error of ours
+    except BrokenPipeError:  # the reader (head, less) has ended: no error
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except KeyboardInterrupt:
@@ -190,7 +190,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _explain(error: Exception) -> int:
-    """One line for what the user can mend; anything else is a fault of ours and is raised."""
+    """One line for what the user can correct; anything else is a bug and is raised."""
     if type(error).__name__ == "Abort":  # how older typer passes on Ctrl-C
         return _say("interrupted", 130)
     if type(error).__name__ == "NoArgsIsHelpError":

@@ -16,8 +16,8 @@ from sdh_sim.setting_table import Setting, settings_of
 def options_from(*tables: type) -> Callable[[Callable[..., None]], Callable[[], None]]:
     """Give a command an option for every setting of the tables that the command line has.
 
-    The command is called with what the user gave, by name, and nothing else: for what was left out
-    others know the default (the table, a preset, the run that goes on).
+    The command is called with what the user gave, by name, and nothing else. What was left out has
+    the default of the table, of a preset or of the run that is continued: the command decides.
     """
     lines = [line for table in tables for line in settings_of(table).values() if line.option]
 

@@ -1,4 +1,4 @@
-"""One run on disk: what was asked for, what has finished, and who is writing."""
+"""One run on disk: its plan, its finished trials, and the lock of the process that writes."""
 
 from sdh_sim.runs.environment import machine, versions
 from sdh_sim.runs.finished_trials import FinishedTrials

@@ -53,7 +53,7 @@ class TrialNumbers:
         index = trial - self._first[name]
         if 0 <= index < self._plan.trials and trial_seed(self._plan.seed, name, index) == seed:
             return trial
-        seeds, order = self._seeds(name)  # the run had fewer trials then, or it is not ours
+        seeds, order = self._seeds(name)  # the run had fewer trials then, or this is another run's
         at = int(np.searchsorted(seeds, seed))
         if at == len(seeds) or seeds[at] != seed:
             return None

@@ -235,4 +235,4 @@ def _trial_of(path: Path) -> tuple[str, int] | None:
             found = re.match(r"(\S+), seed (\d+)$", file.readline().rstrip("\n"))
         return (found[1], int(found[2])) if found else None
     except (OSError, ValueError, KeyError, zipfile.BadZipFile):
-        return None  # not ours, or damaged: it keeps its name
+        return None  # not written here, or damaged: it keeps its name

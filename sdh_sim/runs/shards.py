@@ -236,7 +236,7 @@ class ShardWriter:
         table = table_of(rows, self._added)
         self._count(self._write(table), table.num_rows)
         if sum(count for _, count in self._small) >= ROW_GROUP:
-            with contextlib.suppress(OSError):  # the rows are safe; the next shard will tell
+            with contextlib.suppress(OSError):  # the rows are safe; a full disk shows at the next
                 self._join_small()
 
     def _write(self, table: pa.Table) -> Path:

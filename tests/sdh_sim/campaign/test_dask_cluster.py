@@ -1,4 +1,4 @@
-"""Trials on Dask: the same rows as without, whoever dies; loopback only."""
+"""Trials on Dask: the same rows as without, whatever process dies; loopback only."""
 
 from __future__ import annotations
 
