@@ -10,6 +10,8 @@ import os
 import sys
 from typing import TYPE_CHECKING, Any
 
+from sdh_sim._version import __version__ as __version__
+
 if TYPE_CHECKING:
     from sdh_sim.campaign import RunResult, run_campaign
     from sdh_sim.errors import CampaignError, RecordError, RunError, SettingsError
@@ -33,8 +35,6 @@ if TYPE_CHECKING:
     from sdh_sim.trial import Trial, TrialResult, run_trial
     from sdh_sim.viewing.recording import write_recording
     from sdh_sim.viewing.render import render_trial
-
-__version__ = "0.1.0"
 
 __all__ = [
     "COLUMNS",

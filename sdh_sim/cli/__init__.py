@@ -1,4 +1,4 @@
-"""The command ``sdh-sim``; ``main`` runs it."""
+"""The command line ``sdh-sim``, run by ``main``; each command imports what it needs."""
 
 from sdh_sim.cli.app import main
 
