@@ -13,7 +13,6 @@ from sdh_sim.records.parquet_files import (
     write_rows,
 )
 from sdh_sim.records.rows import (
-    Row,
     differing_columns,
     normalise,
     stack,
@@ -46,7 +45,6 @@ __all__ = [
     "TACTILE_UNIT",
     "Column",
     "RecordError",
-    "Row",
     "TrialRow",
     "added_column",
     "added_columns",

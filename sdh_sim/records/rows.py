@@ -14,7 +14,6 @@ from sdh_sim.records.schema import column_named, columns_in, schema_of
 from sdh_sim.records.trial_row import COLUMNS, FAILURES, TrialRow
 from sdh_sim.records.user_columns import added_column, is_added
 
-Row = TrialRow
 _KNOWN = {column.name for column in COLUMNS}
 _WANTED = {pa.int64(): (int, np.integer), pa.bool_(): (bool, np.bool_), pa.string(): (str,)}
 

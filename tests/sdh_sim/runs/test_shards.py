@@ -11,7 +11,7 @@ import pytest
 
 from sdh_sim.errors import RunError
 from sdh_sim.records.parquet_files import ROW_GROUP, read_rows, write_rows
-from sdh_sim.records.rows import Row, normalise
+from sdh_sim.records import TrialRow, normalise
 from sdh_sim.runs.folder import RunFolder
 from sdh_sim.runs.shards import read_shard, shard_files
 from tests.support.repository import ROOT
@@ -21,7 +21,7 @@ TRIALS = 700  # of two objects: more than a row group
 
 
 @pytest.fixture(scope="module")
-def rows() -> list[Row]:
+def rows() -> list[TrialRow]:
     """All rows of a run of two row groups; most are copies of a few with their own numbers."""
     kinds = [make_row("box", seed) for seed in range(20)]
     jobs = plan(TRIALS).jobs()
@@ -45,7 +45,7 @@ def wanted(rows, tmp_path_factory) -> bytes:
     return path.read_bytes()
 
 
-def fill(folder: RunFolder, rows: list[Row], sizes: list[int], run=None) -> None:
+def fill(folder: RunFolder, rows: list[TrialRow], sizes: list[int], run=None) -> None:
     """Append rows in batches of these sizes, in turn."""
     finished = folder.open_finished(run or plan(TRIALS))
     at = turn = 0
