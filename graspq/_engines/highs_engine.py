@@ -104,7 +104,7 @@ def _misses(
 ) -> bool:
     """Whether a plane proves that no q >= 0 puts q t in the set, all limits being equations.
 
-    HiGHS often calls such a problem neither feasible nor infeasible. How far the wrenches stay
+    HiGHS calls some such problems neither feasible nor infeasible. How far the wrenches stay
     from balance always has a least value, and its dual y is the plane: y·w < 0 for every w in
     the set but y·t > 0. Only these signs count, whatever HiGHS's tolerance made of y.
     """
@@ -116,6 +116,7 @@ def _misses(
         return False
     y = np.asarray(result.eqlin.marginals)[:6]
     unit = -rows[:6, -1]
+    # Often the task's ray is parallel to the plane up to round-off: tilt it to lead away.
     y = y + max(0.0, 1e-12 - float(y @ unit)) * unit
     # Each product is off by at most 1e-15 of the sum of its terms' absolute values.
     along = float(y / size @ task) - 1e-15 * float(np.abs(y / size) @ np.abs(task))
