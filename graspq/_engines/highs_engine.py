@@ -42,7 +42,8 @@ def scale_by_lp(
     owner = np.repeat(np.arange(len(grasp)), [w.shape[1] for w in grasp])
     # Rows and the task are brought to length one, so that HiGHS's absolute tolerances bite
     # at the same relative size in every grasp.
-    size = np.maximum(np.abs(columns).max(axis=1), 1e-6 * max(np.abs(columns).max(), 1e-300))
+    largest = float(np.abs(columns).max()) or 1.0
+    size = np.maximum(np.abs(columns).max(axis=1), 1e-6 * largest)
     unit = columns / size[:, None]
     target = task / size
     length = float(np.linalg.norm(target))

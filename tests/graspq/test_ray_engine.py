@@ -112,6 +112,14 @@ def test_highs_giving_up_is_an_error_or_a_proof(monkeypatch):
     assert 20 < proven < len(cases) - 20
 
 
+@pytest.mark.parametrize("engine", ["ray", "highs"])
+@pytest.mark.parametrize("unloading", [True, False])
+def test_contacts_without_force_exert_nothing(unloading, engine):
+    nothing = [np.zeros((6, 3))] * 2
+    for bound in ("linf", "l1"):
+        assert gq.task_scaling(nothing, np.eye(6)[0], bound, unloading, engine).value == 0.0
+
+
 @quick
 @given(seeds, kinds, bounds, st.floats(0.01, 100.0))
 def test_scaling_the_forces_scales_q(seed, kind, bound, factor):
