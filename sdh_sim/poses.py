@@ -30,29 +30,30 @@ def product(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return quat
 
 
+def rotate(quat: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """The vector (3,) turned by a quaternion (4,)."""
+    turned = np.empty(3)
+    mujoco.mju_rotVecQuat(turned, vector, quat)
+    return turned
+
+
 def transform(pose: np.ndarray, point: np.ndarray) -> np.ndarray:
     """Coordinates in A (3,) [m] of a point given in B, by pose_A_B (7,)."""
-    turned = np.empty(3)
-    mujoco.mju_rotVecQuat(turned, point, pose[3:])
-    return pose[:3] + turned
+    return pose[:3] + rotate(pose[3:], point)
 
 
 def compose(pose_a_b: np.ndarray, pose_b_c: np.ndarray) -> np.ndarray:
     """Pose of C in A (7,)."""
-    pose = np.empty(7)
-    mujoco.mju_rotVecQuat(pose[:3], np.ascontiguousarray(pose_b_c[:3]), pose_a_b[3:])
-    mujoco.mju_mulQuat(pose[3:], pose_a_b[3:], np.ascontiguousarray(pose_b_c[3:]))
-    pose[:3] += pose_a_b[:3]
-    return pose
+    turn = product(pose_a_b[3:], np.ascontiguousarray(pose_b_c[3:]))
+    return np.concatenate((transform(pose_a_b, np.ascontiguousarray(pose_b_c[:3])), turn))
 
 
 def relative(pose_w_a: np.ndarray, pose_w_b: np.ndarray) -> np.ndarray:
     """Pose of B in A (7,), from the poses of both in W."""
-    inverse, pose = np.empty(4), np.empty(7)
+    inverse = np.empty(4)
     mujoco.mju_negQuat(inverse, pose_w_a[3:])
-    mujoco.mju_rotVecQuat(pose[:3], pose_w_b[:3] - pose_w_a[:3], inverse)
-    mujoco.mju_mulQuat(pose[3:], inverse, pose_w_b[3:])
-    return pose
+    position = rotate(inverse, pose_w_b[:3] - pose_w_a[:3])
+    return np.concatenate((position, product(inverse, pose_w_b[3:])))
 
 
 def turn_between(first: np.ndarray, second: np.ndarray) -> float:

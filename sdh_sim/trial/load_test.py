@@ -10,10 +10,10 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import mujoco
 import numpy as np
 
 from sdh_sim.cell.simulation import Simulation
+from sdh_sim.poses import rotate
 from sdh_sim.sensing.perceived_grasp import GRAVITY
 from sdh_sim.trial import outcome
 
@@ -181,5 +181,4 @@ def _apply(simulation: Simulation, name: str, load: float) -> None:
     hand = data.xquat[scene.palm]
     unit = np.array(direction, dtype=float) * weight
     unit[3:] *= MOMENT_ARM
-    mujoco.mju_rotVecQuat(wrench[:3], unit[:3], hand)
-    mujoco.mju_rotVecQuat(wrench[3:], unit[3:], hand)
+    wrench[:3], wrench[3:] = rotate(hand, unit[:3]), rotate(hand, unit[3:])
