@@ -1,38 +1,37 @@
-"""What a user says of an object: ``object.toml``, every key checked."""
+"""``object.toml``, where a user states mass, friction and other facts; every key is checked."""
 
 from __future__ import annotations
 
 import math
 import tomllib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import PurePosixPath
 from typing import Any
 
-import numpy as np
-
 from sdh_sim.objects.folder_reader import FACTS, Folder, show
-from sdh_sim.objects.object_info import Spread
+from sdh_sim.objects.object_info import DEFAULT_SPREAD, Spread
 from sdh_sim.user_references import NAME
 
 MESHES = (".stl", ".obj", ".ply", ".off", ".glb", ".gltf")
 MJCF = ".xml"
 MAX_FACTS = 16 << 10  # [bytes]
+RESERVED = ("all", "overall")  # names that mean all objects
 
 
 @dataclass(frozen=True)
 class Facts:
-    """What ``object.toml`` says.
+    """The content of ``object.toml``.
 
     Attributes:
-        name: of the object in tables; the folder's own where it is not given.
+        name: of the object in tables; the folder's name where it is not given.
         mass: [kg].
         friction: Coulomb's coefficient against the pads.
         com: centre of mass in the object's frame (3,) [m]; None: that of a homogeneous solid.
         inertia: xx yy zz xy xz yz about the centre of mass, the object's axes (6,) [kg m^2]; None:
             that of a homogeneous solid about its own centroid.
         model: file of the shape in the folder; None: the only one there.
-        scale: what lengths of a mesh file are multiplied with to become metres.
+        scale: metres per unit of length of a mesh file.
         up: axis of the object's frame that points up on the table.
         hull: a mesh that is not convex may be replaced by its hull in contacts.
         spread: of the grasps; None: the default.
@@ -60,34 +59,33 @@ def read_facts(folder: Folder) -> Facts:
     try:
         data = tomllib.loads(text.decode())
     except (ValueError, RecursionError) as error:
-        raise folder.fault(f"{FACTS} is not TOML: {show(str(error), 160)}") from error
+        raise folder.error(f"{FACTS} is not TOML: {show(str(error), 160)}") from error
     grasp = data.pop("grasp", None)
     values = _values(folder, data, _FIELDS, "")
     for name in ("mass", "friction"):
         if name not in values:
-            raise folder.fault(f"{FACTS} lacks {name}; {_FIELDS[name][1]}")
+            raise folder.error(f"{FACTS} lacks {name}; {_FIELDS[name][1]}")
     if grasp is not None:
         if not isinstance(grasp, dict):
-            raise folder.fault(f"{FACTS}: grasp is {show(grasp)}; expected a table [grasp]")
-        hints = _values(folder, grasp, _GRASP, "grasp.")
-        values["spread"] = Spread(**{**_DEFAULTS, **hints})
+            raise folder.error(f"{FACTS}: grasp is {show(grasp)}; expected a table [grasp]")
+        spread = _values(folder, grasp, _GRASP, "grasp.")
+        values["spread"] = Spread(**{**asdict(DEFAULT_SPREAD), **spread})
     values.setdefault("name", folder.path.name)
     if not NAME.fullmatch(values["name"]) or values["name"] in RESERVED:
-        raise folder.fault(
+        raise folder.error(
             f"the name {show(values['name'])} cannot be used; set name in {FACTS}: letters, "
             f"digits, _ and -, at most 48, the first a letter, not {' or '.join(RESERVED)}"
         )
     return Facts(**values)
 
 
-RESERVED = ("all", "overall")  # mean all objects, elsewhere
-DEFAULT_SPREAD = Spread(0.6, 0.25, 0.007, math.radians(15))
-_DEFAULTS = {"side": 0.6, "wide": 0.25, "offset": 0.007, "yaw": math.radians(15)}
-
 Check = tuple[Callable[[Any], Any], str]
+"""Makes a value of what TOML gives, or raises ValueError; and what a message asks the user for."""
 
 
 def _number(low: float, high: float, unit: str) -> Check:
+    """A number within bounds."""
+
     def check(value: Any) -> float:
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise ValueError
@@ -99,6 +97,8 @@ def _number(low: float, high: float, unit: str) -> Check:
 
 
 def _numbers(count: int, size: float, meaning: str) -> Check:
+    """A list of numbers from -``size`` to ``size``."""
+
     def check(value: Any) -> tuple[float, ...]:
         if not isinstance(value, list) or len(value) != count:
             raise ValueError
@@ -145,19 +145,32 @@ _GRASP: dict[str, Check] = {
 }
 
 
-def _values(folder: Folder, data: dict[str, Any], known: dict[str, Check], at: str) -> dict:
+def _values(
+    folder: Folder, data: dict[str, Any], known: dict[str, Check], prefix: str
+) -> dict[str, Any]:
+    """The values of a table of TOML by key, checked.
+
+    Args:
+        folder: the object's, for messages.
+        data: the table.
+        known: check for every key that it may have.
+        prefix: of the keys in messages.
+
+    Raises:
+        ObjectError: an unknown key or a value out of range.
+    """
     found: dict[str, Any] = {}
     for name, value in data.items():
         if name not in known:
-            also = ", grasp" if not at else ""
-            raise folder.fault(
-                f"{FACTS}: unknown key {show(at + name)}; known are {', '.join(known)}{also}"
+            also = ", grasp" if not prefix else ""
+            raise folder.error(
+                f"{FACTS}: unknown key {show(prefix + name)}; known are {', '.join(known)}{also}"
             )
-        check, what = known[name]
+        check, request = known[name]
         try:
             found[name] = check(value)
         except (ValueError, OverflowError) as error:
-            raise folder.fault(f"{FACTS}: {at}{name} is {show(value)}; {what}") from error
+            raise folder.error(f"{FACTS}: {prefix}{name} is {show(value)}; {request}") from error
     return found
 
 
@@ -170,7 +183,7 @@ def model_file(folder: Folder, facts: Facts) -> str:
     if facts.model is not None:
         name = facts.model
         if PurePosixPath(name).suffix.lower() not in (*MESHES, MJCF):
-            raise folder.fault(
+            raise folder.error(
                 f"{FACTS}: model is {show(name)}; its name must end in one of "
                 f"{', '.join((*MESHES, MJCF))}"
             )
@@ -181,17 +194,11 @@ def model_file(folder: Folder, facts: Facts) -> str:
         if len(found) == 1:
             return found[0]
         if found:
-            raise folder.fault(
+            raise folder.error(
                 f"it holds {show(found)}; say in {FACTS} which is the object: model = "
                 f"{show(found[0])}"
             )
-    raise folder.fault(
+    raise folder.error(
         f"no mesh and no MJCF in it; put a file in it that ends in one of "
         f"{', '.join((*MESHES, MJCF))}"
     )
-
-
-def inertia_matrix(values: tuple[float, ...]) -> np.ndarray:
-    """The matrix (3, 3) of xx yy zz xy xz yz."""
-    xx, yy, zz, xy, xz, yz = values
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,9 @@ class Spread:
     wide: float
     offset: float
     yaw: float
+
+
+DEFAULT_SPREAD = Spread(side=0.6, wide=0.25, offset=0.007, yaw=math.radians(15))
 
 
 @dataclass(frozen=True)
