@@ -12,7 +12,8 @@ from sdh_sim.objects.catalogue import (
     object_spec,
     user_object,
 )
-from sdh_sim.objects.object_info import DEFAULT_SPREAD, ObjectInfo, Spread
+from sdh_sim.objects.facts import DEFAULT_SPREAD, Spread
+from sdh_sim.objects.object_info import ObjectInfo
 from sdh_sim.objects.surface import ObjectSurface, surface_of
 from sdh_sim.objects.user_objects import UserObject
 

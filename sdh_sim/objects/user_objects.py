@@ -14,12 +14,12 @@ import mujoco
 import numpy as np
 
 from sdh_sim.errors import MeshError, MjcfError, ObjectError
-from sdh_sim.objects.facts import MJCF, Facts, model_file, read_facts
+from sdh_sim.objects.facts import MJCF, Facts, Spread
+from sdh_sim.objects.facts_file import model_file, read_facts
 from sdh_sim.objects.folder_reader import Folder
 from sdh_sim.objects.mesh_files import MAX_FACES, MeshPiece, read_mesh
 from sdh_sim.objects.mesh_parts import Part, check_solid, hull_ratio, parts_of
 from sdh_sim.objects.mjcf_files import parse_mjcf
-from sdh_sim.objects.object_info import Spread
 from sdh_sim.objects.placement import check_extents, set_mass_and_pose
 from sdh_sim.user_references import ObjectFolder
 
