@@ -1,4 +1,7 @@
-"""From an object on the table to an object in the hand: random grasps, motion, fingers."""
+"""From an object on the table to an object in the hand: random grasps, motion, fingers.
+
+Other rooms use what is named here.
+"""
 
 from sdh_sim.grasping.acquire import acquire
 from sdh_sim.grasping.finger_control import FingerControl

@@ -18,6 +18,10 @@ REST_SPEED, REST_SPIN = 1e-3, 1e-2  # object at rest below these [m/s], [rad/s]
 def acquire(simulation: Simulation, motion: MotionPlan) -> None:
     """Grasp the object; the simulation ends at rest, ready for the snapshot.
 
+    Args:
+        simulation: of the scene, in any state: it is set to the start of the approach.
+        motion: with the grasp.
+
     Raises:
         Diverged: the simulation did.
     """
@@ -51,15 +55,15 @@ def _close(simulation: Simulation, fingers: FingerControl) -> None:
 
 
 def _squeeze(simulation: Simulation, fingers: FingerControl) -> None:
-    """Build up the grip, until the object is at rest or time is up."""
+    """Build up the grip, until it is complete and the object at rest, or time is up."""
     simulation.phase = "squeeze"
     scene, data = simulation.scene, simulation.data
-    quiet = 0.0
+    at_rest = 0.0  # for so long [s]
     for _ in range(round(SQUEEZE_TIME / simulation.tick_time)):
         angles = data.qpos[scene.motor_qpos]
         simulation.tick(hand=fingers.squeeze(angles, simulation.tick_time))
         speed = data.qvel[scene.object_dof : scene.object_dof + 6]
         still = np.linalg.norm(speed[:3]) < REST_SPEED and np.linalg.norm(speed[3:]) < REST_SPIN
-        quiet = quiet + simulation.tick_time if still else 0.0
-        if quiet > QUIET_TIME and fingers.settled:
+        at_rest = at_rest + simulation.tick_time if still else 0.0
+        if at_rest > QUIET_TIME and fingers.settled:
             return

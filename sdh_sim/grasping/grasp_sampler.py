@@ -1,4 +1,4 @@
-"""Random grasps: where the hand goes, in which preshape, and what error it makes."""
+"""Random grasps: pose of the hand, preshape, and the error of its position."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sdh_sim.objects.facts import DEFAULT_SPREAD
-from sdh_sim.objects.object_info import ObjectInfo, Spread
+from sdh_sim.objects.facts import DEFAULT_SPREAD, Spread
+from sdh_sim.objects.object_info import ObjectInfo
 from sdh_sim.robot.sdh2_constants import PRESHAPES
 
 OBJECT_POSITION = (0.56, 0.0)  # where the object stands on the table [m]
@@ -27,15 +27,16 @@ DEPTH = {"parallel": (0.175, 0.235), "centrical": (0.175, 0.235),
          "cylindrical": (0.15, 0.215), "spherical": (0.15, 0.215)}  # fmt: skip
 PRECISION_DEPTH = (0.205, 0.240)  # fingertips alone: nearer, the object meets the distal joints
 PRECISION_PRESHAPES = ("parallel", "centrical")  # whose distal links stay upright
-# Pads reach this far past an object's near face at most; deeper, the proximal links would ride
-# on its edges.
+# Pads reach this far past an object's near face at most; deeper, the proximal links would bear on
+# its edges.
 REACH_IN = 0.040
 # Middle between the thumb and the finger pair along the palm's x [m]; with 60 degrees of spread
 # the three fingers close on the palm's axis.
 CENTRE_X = {0.0: -0.0095, PRESHAPES["centrical"].spread: 0.0}
 
 
-# By object, because what ruins half of the grasps on a bottle ruins nearly all on the heavy box.
+# By object: an error with which half of the grasps on a bottle fail makes nearly all fail on the
+# heavy box.
 SPREADS = {
     "box": Spread(0.5, 0.6, 0.004, math.radians(6)),
     "oval_bottle": Spread(0.6, 0.25, 0.010, math.radians(20)),
@@ -101,11 +102,11 @@ class GraspPlan:
 
 
 def sample_grasp(obj: ObjectInfo, rng: np.random.Generator, style: str = "any") -> GraspPlan:
-    """Draw one grasp; whether the arm can do it is for the trial to find out.
+    """Draw one grasp; ``motion_plan`` finds out whether the arm can reach it.
 
     Args:
         obj: the object.
-        rng: of everything random.
+        rng: of all that is random in it.
         style: ``any``, or ``precision`` for fingertip grasps.
     """
     precision = style == "precision"

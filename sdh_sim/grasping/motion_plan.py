@@ -40,7 +40,15 @@ class MotionPlan:
 
 
 def plan_motion(scene: Scene, rng: np.random.Generator) -> MotionPlan:
-    """Draw grasps until one is within reach and free of collisions."""
+    """Draw grasps until one is within reach and free of collisions.
+
+    Args:
+        scene: with the object and the style of grasps in its settings.
+        rng: of all that is random in them.
+
+    Raises:
+        RuntimeError: none in ``MAX_DRAWS`` draws.
+    """
     unreachable = colliding = 0
     for _ in range(MAX_DRAWS):
         found = try_grasp(scene, sample_grasp(scene.obj, rng, scene.settings.grasps))
@@ -74,7 +82,14 @@ def try_grasp(scene: Scene, grasp: GraspPlan) -> MotionPlan | str:
 def free_opening(
     scene: Scene, data: mujoco.MjData, grasp: GraspPlan, path: np.ndarray
 ) -> float | None:
-    """The tightest opening of the preshape with which the approach touches nothing, or None."""
+    """The opening with which the approach touches nothing, the most closed one, or None.
+
+    Args:
+        scene: with the object.
+        data: to try positions in; its content is lost.
+        grasp: with the preshape.
+        path: joint angles of the arm on the approach, (n, 6) [rad].
+    """
     for opening in OPENINGS:
         # The check closes the hand a little further than the approach will: a margin.
         if all(
@@ -89,7 +104,15 @@ def free_opening(
 def place(
     scene: Scene, data: mujoco.MjData, grasp: GraspPlan, arm: np.ndarray, opening: float
 ) -> None:
-    """Object on the table, arm (6,) and hand at given joint angles [rad]."""
+    """Set the start of a grasp: object on the table, arm and hand at rest.
+
+    Args:
+        scene: with the object.
+        data: of the scene; reset and changed in place.
+        grasp: with the object's yaw and the preshape.
+        arm: joint angles (6,) [rad].
+        opening: closing ratio of the preshape.
+    """
     mujoco.mj_resetData(scene.model, data)
     angles = preshape_angles(grasp.preshape, opening)
     data.qpos[scene.arm_qpos] = arm
@@ -105,6 +128,7 @@ def place(
 def _collides(
     scene: Scene, data: mujoco.MjData, grasp: GraspPlan, arm: np.ndarray, opening: float
 ) -> bool:
+    """Whether the robot touches anything in a position; arguments as ``place``."""
     place(scene, data, grasp, arm, opening)
     mujoco.mj_kinematics(scene.model, data)
     mujoco.mj_collision(scene.model, data)

@@ -1,4 +1,7 @@
-"""Grasp metrics of a perceived grasp: built in, users' own, and of stored grasps."""
+"""Grasp metrics: built in and users' own, of a perceived grasp or of one in a table of trials.
+
+Other rooms use what is named here.
+"""
 
 from sdh_sim.metrics.built_in import METRICS, evaluate, hand_bound, task_scaling, wrench_sets
 from sdh_sim.metrics.prediction import NO_READING, Prediction, predict

@@ -1,4 +1,4 @@
-"""What the metrics say of a snapshot before the lift."""
+"""Metrics of a snapshot, computed before the lift."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Prediction:
     Attributes:
         values: by name of the metric; NaN where it cannot be computed.
         reason: why q* is 0, empty otherwise.
-        grasp: what they were computed from.
+        grasp: what they were computed from, as the hand perceived it.
     """
 
     values: dict[str, float]
@@ -35,12 +35,12 @@ class Prediction:
 
     @property
     def q_linf(self) -> float:
-        """Equation (9); 0 when the grasp cannot exert the task."""
+        """q* of equation (9); 0 when the grasp cannot exert the task."""
         return self.values["q_linf"]
 
     @property
     def q_l1(self) -> float:
-        """Equation (10)."""
+        """q* of equation (10); 0 when the grasp cannot exert the task."""
         return self.values["q_l1"]
 
 

@@ -1,4 +1,7 @@
-"""What can be grasped: the paper's four objects, and folders of users."""
+"""What can be grasped: the paper's four objects, and users' folders with an object each.
+
+Other rooms use what is named here; the other files read and check what users bring.
+"""
 
 from sdh_sim.objects.catalogue import (
     OBJECT,
@@ -9,15 +12,19 @@ from sdh_sim.objects.catalogue import (
     object_spec,
     user_object,
 )
-from sdh_sim.objects.object_info import ObjectInfo, Spread
+from sdh_sim.objects.facts import DEFAULT_SPREAD, Spread
+from sdh_sim.objects.object_info import ObjectInfo
 from sdh_sim.objects.surface import ObjectSurface, surface_of
+from sdh_sim.objects.user_objects import UserObject
 
 __all__ = [
+    "DEFAULT_SPREAD",
     "OBJECT",
     "PAPER_ORDER",
     "ObjectInfo",
     "ObjectSurface",
     "Spread",
+    "UserObject",
     "find_objects",
     "object_info",
     "object_names",

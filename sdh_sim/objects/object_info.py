@@ -6,24 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sdh_sim.objects.facts import Spread
 from sdh_sim.user_references import ObjectFolder
 
-
-@dataclass(frozen=True)
-class Spread:
-    """Choices and errors of the random grasps on one object.
-
-    Attributes:
-        side: share of approaches from the side, the others come from above.
-        wide: share of grasps that close across the wider side, the others across the narrower.
-        offset: standard deviation of the position error along each palm axis [m].
-        yaw: standard deviation of the object's yaw off square [rad].
-    """
-
-    side: float
-    wide: float
-    offset: float
-    yaw: float
+__all__ = ["ObjectInfo", "Spread"]
 
 
 @dataclass(frozen=True)

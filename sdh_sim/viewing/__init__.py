@@ -1,1 +1,1 @@
-"""Pictures, films and rerun recordings of a trial."""
+"""Pictures, films and rerun recordings of a trial; import from the files."""

@@ -1,4 +1,4 @@
-"""The visible shapes of a scene, logged once below one entity per body."""
+"""The visible shapes of a scene in a recording, logged once, each below its body."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import rerun as rr
 from sdh_sim.cell.scene import Scene
 
 SHOWN_GROUPS = (0, 1, 2)  # MuJoCo's convention: collision shapes are in 3, taxels in 4
-OBJECT_ALPHA = 0.35  # seen through, so that arrows and pads behind the object show
+OBJECT_ALPHA = 0.35  # transparent, so that arrows and pads behind the object show
 
 
 def body_path(model: mujoco.MjModel, body: int) -> str:

@@ -47,7 +47,7 @@ def draw_frames(
     model.vis.global_.offheight = max(model.vis.global_.offheight, height)
     try:
         renderer = mujoco.Renderer(model, height, width)
-    except Exception as error:  # the backends raise what they like
+    except Exception as error:  # the backends raise errors of many types
         raise RenderError(
             f"no headless OpenGL ({type(error).__name__}: {error}); install EGL "
             "(Debian: libegl1 libgl1-mesa-dri) or OSMesa (libosmesa6, with MUJOCO_GL=osmesa)"
@@ -72,7 +72,7 @@ def draw_frames(
 
 
 def milestones(log: TrialLog) -> list[int]:
-    """Samples at the pre-grasp, the snapshot and the end."""
+    """Indices of the samples at the pre-grasp, the snapshot and the end."""
     phases = np.array(log.phase)
     chosen = []
     for phase in ("approach", "rest"):
@@ -98,7 +98,7 @@ def render_trial(
 
 
 def video_writer() -> ModuleType:
-    """PyAV, which writes films.
+    """The module PyAV, which writes films.
 
     Raises:
         RenderError: it is not installed.
@@ -122,8 +122,8 @@ def film(log: TrialLog, path: Path, size: tuple[int, int] = SIZE, azimuth: float
         stream = container.add_stream("libx264", rate=round(RATE))
         stream.width, stream.height = size
         stream.pix_fmt = "yuv420p"
-        moments = range(len(log.time))
-        for picture in draw_frames(log, moments, size, azimuth, shadows=False):
+        samples = range(len(log.time))
+        for picture in draw_frames(log, samples, size, azimuth, shadows=False):
             frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
             container.mux(stream.encode(frame))
         container.mux(stream.encode())

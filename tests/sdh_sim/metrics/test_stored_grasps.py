@@ -56,9 +56,9 @@ def test_what_the_metrics_saw_counts_not_what_was(table):
     assert snapshot is not None
     assert (snapshot.object_pose_hand == row["perceived_pose_hand"]).all()
     assert (snapshot.object_pose_hand != row["object_pose_hand"]).any()
-    thing = object_of(row)
-    assert thing.friction == row["perceived_friction"] != row["friction"]
-    assert thing.mass_kg == row["perceived_mass_kg"] != row["mass_kg"]
+    obj = object_of(row)
+    assert obj.friction == row["perceived_friction"] != row["friction"]
+    assert obj.mass_kg == row["perceived_mass_kg"] != row["mass_kg"]
 
 
 def test_distal_pads_are_a_part_of_all(table):
