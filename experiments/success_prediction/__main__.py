@@ -33,9 +33,8 @@ from experiments.success_prediction.published import DERIVED, GRASPS, REFERENCE
 from sdh_sim.analysis import comparison as compare
 from sdh_sim.analysis.study import Study, study_of
 from sdh_sim.analysis.trial_tables import SURPLUS
-from sdh_sim.errors import RunError, SettingsError
+from sdh_sim.errors import RecordError, RunError, SettingsError
 from sdh_sim.metrics.stored_grasps import read_stored
-from sdh_sim.records.schema import RecordError
 from sdh_sim.report import html
 from sdh_sim.report.data_tables import write_table
 from sdh_sim.report.html import Section

@@ -10,7 +10,6 @@ import numpy as np
 import pyarrow as pa
 from matplotlib.figure import Figure
 
-from sdh_sim import records
 from sdh_sim.analysis import comparison as compare
 from sdh_sim.analysis import trial_tables
 from sdh_sim.analysis.comparison import Comparison
@@ -18,6 +17,7 @@ from sdh_sim.analysis.load_agreement import Agreement, agree
 from sdh_sim.analysis.proportion import Rate
 from sdh_sim.analysis.study import seeded, stratified_folds
 from sdh_sim.analysis.thresholds import CrossValidated, cross_validate
+from sdh_sim.records.rows import stack
 from sdh_sim.report import figure_style, html
 
 
@@ -108,7 +108,7 @@ def assess(table: pa.Table, candidates: Sequence[Candidate]) -> list[Result]:
     success, usable, fold = folds_and_truth(table)
     loads = capped = None
     if all(name in table.column_names for name in ("q_sim", "q_sim_capped")):
-        loads = records.stack(table, "q_sim")
+        loads = stack(table, "q_sim")
         capped = np.array([bool(v) for v in table.column("q_sim_capped").to_pylist()])
     found = []
     for candidate in candidates:

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 import pyarrow as pa
 
-from sdh_sim import records
 from sdh_sim.analysis.proportion import Rate
 from sdh_sim.analysis.resampling import RESAMPLES, Ladder, interval, stratified_weights
 from sdh_sim.analysis.trial_tables import COMPARED, groups_of, unstable_of, without_surplus
+from sdh_sim.records.rows import stack
 from sdh_sim.records.user_columns import METRIC, is_metric
 
 METRICS = COMPARED
@@ -221,7 +221,7 @@ def compare_table(
     table = without_surplus(table)
     success = np.array(table.column("success").to_pylist(), dtype=bool)
     unstable = unstable_of(table)
-    scores = {metric: records.stack(table, metric) for metric in metrics}
+    scores = {metric: stack(table, metric) for metric in metrics}
     return [
         compare_scores(
             scores[metric][members & ~unstable],

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 
-from sdh_sim import records
 from sdh_sim.analysis import comparison as compare
 from sdh_sim.analysis import trial_tables
 from sdh_sim.analysis.comparison import METRICS, THRESHOLD, Comparison
@@ -25,6 +24,8 @@ from sdh_sim.analysis.thresholds import (
     calibrate,
     cross_validate,
 )
+from sdh_sim.records.parquet_files import columns_of
+from sdh_sim.records.rows import stack
 
 LOAD = ("q_sim", "q_sim_capped")
 EVERY, SEEN = "all", "no unseen contact"  # subsets of the load test's trials
@@ -119,7 +120,7 @@ def read_study(
         RecordError: a file is no table of trials.
     """
     own = trial_tables.user_metrics(paths)
-    extra = trial_tables.columns_of(paths, (*metrics, *own, *LOAD, "unsensed_contact"))
+    extra = columns_of(paths, (*metrics, *own, *LOAD, "unsensed_contact"))
     table = trial_tables.read_trials(paths, extra)
     wanted = tuple(m for m in (*metrics, *own) if m in table.column_names)
     thresholds = {name: value for name, value in own.items() if value is not None}
@@ -146,7 +147,7 @@ def study_of(
     success = np.array(table.column("success").to_pylist(), dtype=bool)
     fold = np.full(len(success), -1)
     fold[usable] = stratified_folds(table.filter(pa.array(usable)))
-    columns = {metric: records.stack(table, metric) for metric in metrics}
+    columns = {metric: stack(table, metric) for metric in metrics}
     findings, paired = {}, {}
     for group, members in groups.items():
         for metric in metrics:
@@ -195,7 +196,7 @@ def _load(
 ) -> tuple[dict, dict]:
     if not all(name in table.column_names for name in LOAD):
         return {}, {}
-    q_sim = records.stack(table, "q_sim")
+    q_sim = stack(table, "q_sim")
     capped = _flags(table.column("q_sim_capped"))
     unseen = np.zeros(len(q_sim), dtype=bool)
     if "unsensed_contact" in table.column_names:

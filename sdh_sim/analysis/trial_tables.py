@@ -9,8 +9,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from sdh_sim import records
-from sdh_sim.records.parquet_files import _column_names
+from sdh_sim.records.parquet_files import columns_of, read_table
 from sdh_sim.records.schema import NO_TRUTH
 from sdh_sim.records.user_columns import added_in, is_metric
 
@@ -51,9 +50,9 @@ def read_trials(paths: Sequence[Path], extra: Sequence[str] = ()) -> pa.Table:
 
 def _with_surplus(path: Path, columns: Sequence[str]) -> pa.Table:
     wanted = [name for name in columns if name != SURPLUS]
-    if SURPLUS in _column_names(path):
-        return records.read_table(path, [*wanted, SURPLUS])
-    table = records.read_table(path, wanted)
+    if columns_of([path], (SURPLUS,)):
+        return read_table(path, [*wanted, SURPLUS])
+    table = read_table(path, wanted)
     return table.append_column(SURPLUS, pa.nulls(table.num_rows, pa.bool_()))
 
 

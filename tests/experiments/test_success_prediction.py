@@ -21,10 +21,11 @@ from experiments.success_prediction.metric_grid import (
 )
 from experiments.success_prediction.metric_scores import Candidate, assess, folds_and_truth
 from experiments.success_prediction.published import REFERENCE
-from sdh_sim import records
 from sdh_sim.analysis.study import study_of
 from sdh_sim.metrics.built_in import MAX_VOLUME_CONTACTS, METRICS
 from sdh_sim.metrics.stored_grasps import grasp_of, read_stored
+from sdh_sim.records.parquet_files import write_rows
+from sdh_sim.records.rows import normalise
 from sdh_sim.robot.hand import HandKinematics
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial.trial import run_trial
@@ -40,7 +41,7 @@ def real() -> dict:
         row = run_trial(TrialSettings("oval_bottle"), seed).row
         if np.any(row.get("tactile_proximal")) and row["contacts"] <= 4:
             row = {"trial": 0, **row, "q_sim": 2.0, "q_sim_capped": False}
-            if evaluate_row((records.normalise(row), fingertips, {}))[0] > 0.1:
+            if evaluate_row((normalise(row), fingertips, {}))[0] > 0.1:
                 return row
     raise AssertionError("no such grasp")
 
@@ -62,7 +63,7 @@ def run(real, tmp_path_factory) -> Path:
             change["tactile_distal"] = np.zeros((3, 13, 6))
             change["tactile_proximal"] = np.zeros((3, 14, 6))
         rows.append({**real, **change})
-    records.write_rows(rows, folder / "trials.parquet")
+    write_rows(rows, folder / "trials.parquet")
     return folder
 
 
@@ -95,7 +96,7 @@ def test_the_grid_names_every_variant_once():
     ],
 )
 def test_the_papers_variants_are_the_columns_of_the_trial(real, variant, column):
-    row = records.normalise(real)
+    row = normalise(real)
     grasp = grasp_of(row, "all", HandKinematics())
     assert grasp is not None
     in_trial = METRICS[column](grasp)
@@ -110,7 +111,7 @@ def test_the_papers_variants_are_the_columns_of_the_trial(real, variant, column)
 
 
 def test_assumptions_move_q_the_way_they_must(real):
-    row = records.normalise(real)
+    row = normalise(real)
 
     def q(**change) -> float:
         variant = replace(Variant("q", "linf", 12, "hf"), **change)
@@ -124,7 +125,7 @@ def test_assumptions_move_q_the_way_they_must(real):
 
 
 def test_no_contact_and_no_snapshot(real):
-    row = records.normalise(real)
+    row = normalise(real)
     untouched = {"tactile_distal": np.zeros((3, 13, 6)), "tactile_proximal": np.zeros((3, 14, 6))}
     empty = {**row, **untouched}
     assert set(evaluate_row((empty, grid(), {}))) == {0.0}

@@ -10,11 +10,12 @@ import scipy.stats
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sdh_sim import records
 from sdh_sim.analysis import comparison as compare
 from sdh_sim.analysis import resampling as bootstrap
 from sdh_sim.analysis.comparison import auc, auc_interval, compare_scores, compare_table
 from sdh_sim.analysis.proportion import Rate
+from sdh_sim.records.rows import to_table
+from sdh_sim.records.schema import FAILURES
 
 T, F = True, False
 
@@ -132,7 +133,7 @@ def test_shapes_that_do_not_match_are_refused():
 
 
 def table(rows):
-    return records.to_table(
+    return to_table(
         {
             "trial": i,
             "object": name,
@@ -192,7 +193,7 @@ def test_csv_row_matches_the_header():
 
 @pytest.mark.parametrize("failure", ["unstable_simulation", "error"])
 def test_trials_without_truth_do_not_count(failure):
-    if failure not in records.FAILURES:
+    if failure not in FAILURES:
         pytest.skip(f"no such failure: {failure}")
     result = compare_table(table([*ROWS[:2], ("box", failure, 9.0, 9.0)]))[0]
     assert (result.n, result.unstable) == (2, 1)
@@ -207,7 +208,7 @@ def test_rates_of_failures_add_up():
 
 
 def test_a_volume_has_no_boundary_and_no_zero():
-    full = records.to_table(
+    full = to_table(
         {"trial": i, "object": "box", "seed": i, "success": i > 1,
          "failure": "none" if i > 1 else "dropped", "volume_l1": (None, 2.0, 1.0, 3.0)[i]}
         for i in range(4)
