@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.table import Table
 
 from experiments.parallel import run_all
-from sdh_sim.analysis.proportion import Rate
+from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.cell.scene import Scene, build_scene
 from sdh_sim.grasping.motion_plan import Course, find_course
 from sdh_sim.objects.catalogue import PAPER_ORDER, object_info
@@ -136,7 +136,7 @@ def step_table(pairs: list[Pair], seed: int) -> Table:
     for k, variant in enumerate(VARIANTS):
         both = [(p.usual, p.others[k]) for p in pairs]
         flipped = [(a, b) for a, b in both if a.held != b.held]
-        flips = Rate(len(flipped), len(pairs))
+        flips = Proportion(len(flipped), len(pairs))
         low, high = flips.interval or (0.0, 1.0)
         apart = [abs(a.moved - b.moved) for a, b in both if a.held and b.held]
         table.add_row(

@@ -14,7 +14,7 @@ from sdh_sim.analysis import comparison as compare
 from sdh_sim.analysis import trial_tables
 from sdh_sim.analysis.comparison import Comparison
 from sdh_sim.analysis.load_agreement import Agreement, agree
-from sdh_sim.analysis.proportion import Rate
+from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.analysis.study import seeded, stratified_folds
 from sdh_sim.analysis.thresholds import CrossValidated, cross_validate
 from sdh_sim.records.rows import stack
@@ -55,7 +55,7 @@ class Result:
     def record(self) -> dict[str, Any]:
         """The numbers as a row of a table."""
         c, best, a = self.comparison, self.best, self.agreement
-        at_boundary = c.accuracy if self.candidate.boundary is not None else Rate(0, 0)
+        at_boundary = c.accuracy if self.candidate.boundary is not None else Proportion(0, 0)
         found: dict[str, Any] = {
             "metric": self.candidate.group,
             "assumes": self.candidate.assumes,

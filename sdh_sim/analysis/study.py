@@ -1,4 +1,4 @@
-"""Everything a comparison says about some trials: the numbers behind the report's every figure."""
+"""All statistics of some trials: the numbers behind every figure and table of the report."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ EVERY, SEEN = "all", "no unseen contact"  # subsets of the load test's trials
 
 @dataclass(frozen=True)
 class Scored:
-    """One metric on one group of trials, ready for statistics.
+    """One metric and the outcomes of one group of trials.
 
     Attributes:
         scores: (n,) without NaN.
@@ -47,17 +47,17 @@ class Scored:
 
     @property
     def two_sided(self) -> bool:
-        """Whether both outcomes occur at least twice: fewer say nothing of a boundary."""
+        """Whether both outcomes occur at least twice, without which no threshold is chosen."""
         return bool(self.success.sum() >= 2 and (~self.success).sum() >= 2)
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One metric on one group.
+    """The statistics of one metric on one group of trials.
 
     Attributes:
-        comparison: what the threshold 1 gets right, and the area under the ROC curve.
-        scored: the trials.
+        comparison: confusion matrix at the metric's threshold, area under the ROC curve.
+        scored: the scores and outcomes of the trials.
         roc, precision_recall: None where an outcome is too rare.
         best: threshold chosen by cross-validation, or None.
         calibration: threshold against desired false positive rate, or None.
@@ -73,7 +73,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Study:
-    """What is known of the trials of some runs.
+    """The statistics of the trials of one or several runs.
 
     Attributes:
         metrics: columns compared.
@@ -81,10 +81,11 @@ class Study:
         findings: by group and metric.
         paired: L-infinity against L1 at threshold 1, by group.
         agreement: q* against q_sim by group, metric and subset; empty without load tests.
-        load: by metric, q* and q_sim and whether capped and whether a contact was unseen, each
-            (n,), of the last group; empty without load tests.
-        surplus: trials left out because they exceed their object's share.
-        tables: number of trials read.
+        load: by metric, four arrays (n,) of all trials that were load-tested: q*, q_sim, whether
+            q_sim is the largest load tried, whether the pads missed a contact; empty without
+            load tests.
+        surplus: number of trials left out because they exceed their object's share in a preset.
+        read: number of trials read, those left out included.
     """
 
     metrics: tuple[str, ...]
@@ -94,7 +95,7 @@ class Study:
     agreement: dict[tuple[str, str, str], Agreement]
     load: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]
     surplus: int
-    tables: int
+    read: int
 
     @property
     def main(self) -> str:
@@ -112,9 +113,10 @@ def read_study(
     metrics: Sequence[str] = METRICS,
     resamples: int = RESAMPLES,
 ) -> Study:
-    """The study of tables of trials; metrics that a table lacks are left out.
+    """The study of the trials in some files.
 
-    Users' metrics that all tables have come last.
+    Metrics that one of the files lacks are left out; users' metrics that all of them have are
+    added at the end.
 
     Raises:
         RecordError: a file is no table of trials.
@@ -135,8 +137,8 @@ def study_of(
 ) -> Study:
     """The study of one table that has the columns ``read_trials`` asks for.
 
-    The same trials give the same numbers whatever else is compared: every bootstrap and every
-    division into folds starts from a seed of its own.
+    The same trials give the same numbers, whatever else is compared: every bootstrap and every
+    division into folds starts from a fixed seed.
     """
     read = table.num_rows
     table = trial_tables.without_surplus(table)
@@ -169,13 +171,13 @@ def study_of(
         agreement=agreement,
         load=load,
         surplus=read - table.num_rows,
-        tables=read,
+        read=read,
     )
 
 
 def _finding(comparison: Comparison, scored: Scored, resamples: int) -> Finding:
     scores, success, fold = scored.scores, scored.success, scored.fold
-    # The seed 0 of the comparison's own interval: figure and table show the same one.
+    # Seed 0, as for the interval in ``Comparison``: figure and table show the same one.
     return Finding(
         comparison=comparison,
         scored=scored,
@@ -225,7 +227,7 @@ def stratified_folds(table: pa.Table) -> np.ndarray:
 
 
 def seeded(purpose: str) -> np.random.Generator:
-    """The random stream of a purpose, always the same."""
+    """A random generator whose seed is made of the purpose's name."""
     return np.random.default_rng(zlib.crc32(purpose.encode()))
 
 

@@ -1,4 +1,4 @@
-"""Tables of trials for comparisons: reading several of them, and which trials count."""
+"""Reading the trials to compare from several files, and which of them count."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ SURPLUS = "surplus"  # column of trials that a preset ran beyond an object's sha
 
 
 def user_metrics(paths: Sequence[Path]) -> dict[str, float | None]:
-    """Columns of users' metrics that every one of the tables has, with the thresholds stated.
+    """Columns of users' metrics that all the files have, each with the threshold it states.
 
-    Where tables state different thresholds, none counts.
+    None where it states no threshold, or the files state different ones.
     """
     found: dict[str, set[float | None]] = {}
     for number, path in enumerate(paths):
         try:
             schema = pq.read_schema(path)
-        except (pa.ArrowException, OSError):  # whoever reads the table says what is wrong with it
+        except (pa.ArrowException, OSError):  # read_trials reports what is wrong
             return {}
         mine = {c.name: c.threshold for c in added_in(schema) if is_metric(c.name)}
         if number == 0:
@@ -36,13 +36,13 @@ def user_metrics(paths: Sequence[Path]) -> dict[str, float | None]:
 
 
 def read_trials(paths: Sequence[Path], extra: Sequence[str] = ()) -> pa.Table:
-    """The columns that the comparison needs, of several tables one after the other.
+    """The columns that a comparison needs, of the trials of several files.
 
-    Whether a trial is beyond its share of a preset (``surplus``) comes with them.
+    Among them is ``surplus``: whether a trial exceeds its object's share in a preset.
 
     Args:
         paths: files of trials.
-        extra: further columns, which every table must have.
+        extra: further columns, which every file must have.
     """
     columns = ("object", "success", "failure", *dict.fromkeys((*COMPARED, *extra)))
     return pa.concat_tables([_with_surplus(path, columns) for path in paths])
@@ -57,9 +57,9 @@ def _with_surplus(path: Path, columns: Sequence[str]) -> pa.Table:
 
 
 def groups_of(table: pa.Table) -> dict[str, np.ndarray]:
-    """Members (n,) bool of every object, in the order they appear, and of ``overall`` at the end.
+    """Which trials (n,) belong to each object, in order of appearance, and to ``overall``, last.
 
-    ``overall`` is left out where there is one object only.
+    With one object only there is no ``overall``.
     """
     names = np.array(table.column("object").to_pylist(), dtype=object)
     groups = {name: names == name for name in dict.fromkeys(names.tolist())}
@@ -69,17 +69,17 @@ def groups_of(table: pa.Table) -> dict[str, np.ndarray]:
 
 
 def unstable_of(table: pa.Table) -> np.ndarray:
-    """Trials without truth: their simulation was unstable or broke off; (n,) bool."""
+    """Trials without an outcome: the simulation was unstable or broke off; (n,) bool."""
     return np.array([f in NO_TRUTH for f in table.column("failure").to_pylist()], dtype=bool)
 
 
 def surplus_of(table: pa.Table) -> np.ndarray:
-    """Trials beyond their object's share in a preset, which do not count; (n,) bool."""
+    """Trials that exceed their object's share in a preset and do not count; (n,) bool."""
     if SURPLUS not in table.column_names:
         return np.zeros(table.num_rows, dtype=bool)
     return np.array([bool(value) for value in table.column(SURPLUS).to_pylist()], dtype=bool)
 
 
 def without_surplus(table: pa.Table) -> pa.Table:
-    """The trials that count."""
+    """The trials that are not surplus."""
     return table.filter(pa.array(~surplus_of(table)))

@@ -12,7 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from sdh_sim.analysis import comparison as compare
-from sdh_sim.analysis.proportion import Rate
+from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.analysis.study import Study
 from sdh_sim.atomic_files import write_atomic
 
@@ -31,7 +31,7 @@ def tables_of(study: Study) -> dict[str, list[Record]]:
     return {name: rows for name, rows in found.items() if rows}
 
 
-def _rate(name: str, rate: Rate) -> Record:
+def _rate(name: str, rate: Proportion) -> Record:
     low, high = rate.interval or (None, None)
     return {name: rate.value, f"{name}_low": low, f"{name}_high": high}
 
@@ -45,12 +45,12 @@ def _summary(study: Study) -> list[Record]:
     rows = []
     for finding in study.findings.values():
         c, best, curve = finding.comparison, finding.best, finding.precision_recall
-        row: Record = dict(zip(compare.CSV_HEADER, compare.cells(c), strict=True))
+        row: Record = dict(zip(compare.CSV_HEADER, compare.csv_values(c), strict=True))
         row["average_precision"] = curve.area if curve else None
         row |= _bounds("average_precision", curve.area_interval if curve else None)
         row["best_threshold"] = best.threshold if best else None
         row |= _bounds("best_threshold", (best.low, best.high) if best else None)
-        none = Rate(0, 0)
+        none = Proportion(0, 0)
         row |= _rate("best_accuracy", best.accuracy if best else none)
         row |= _rate("best_tpr", best.true_positive_rate if best else none)
         row |= _rate("best_tnr", best.true_negative_rate if best else none)

@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 
 from sdh_sim.analysis.comparison import METRICS, THRESHOLD
 from sdh_sim.analysis.curves import GRID
-from sdh_sim.analysis.proportion import Rate
+from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.analysis.study import Study
 from sdh_sim.report import figure_style as fs
 
@@ -134,7 +134,7 @@ def rates(study: Study, reference: Reference | None = None) -> Figure:
     return figure
 
 
-def _rate(study: Study, group: str, metric: str, name: str) -> Rate:
+def _rate(study: Study, group: str, metric: str, name: str) -> Proportion:
     c = study.findings[group, metric].comparison
     return {
         "accuracy": c.accuracy,
@@ -143,7 +143,7 @@ def _rate(study: Study, group: str, metric: str, name: str) -> Rate:
     }[name]
 
 
-def _bar(ax: Axes, x: float, rate: Rate, colour: str, share: float) -> None:
+def _bar(ax: Axes, x: float, rate: Proportion, colour: str, share: float) -> None:
     if rate.value is None or rate.interval is None:
         return
     ax.bar(x, rate.value, width=0.24, color=fs.light(colour, share), edgecolor=colour,
@@ -194,7 +194,7 @@ def precision_recall(study: Study) -> Figure:
             ax.fill_between(GRID, curve.low, curve.high, color=fs.colour_of(metric), alpha=0.13,
                             linewidth=0)  # fmt: skip
         c = finding.comparison
-        _dot(ax, metric, c.true_positive_rate.value, Rate(c.tp, c.tp + c.fp).value)
+        _dot(ax, metric, c.true_positive_rate.value, Proportion(c.tp, c.tp + c.fp).value)
     base = study.findings[study.main, study.metrics[0]].comparison.success.value
     if base is not None:
         ax.axhline(base, color=fs.GREY, linewidth=0.8, linestyle=(0, (4, 3)))

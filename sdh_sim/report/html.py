@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 
-from sdh_sim.analysis.proportion import Rate
+from sdh_sim.analysis.proportion import Proportion
 
 DASH = "–"
 MINUS = "−"
@@ -131,7 +131,7 @@ def table(
     )
 
 
-def percent(rate: Rate) -> Cell:
+def percent(rate: Proportion) -> Cell:
     """A share in percent with its interval."""
     if rate.value is None or rate.interval is None:
         return Cell(DASH)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sdh_sim.analysis.proportion import Rate
+from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.cell.scene import Scene
 from sdh_sim.cell.simulation import Cell
 from sdh_sim.errors import Diverged
@@ -20,7 +20,9 @@ from sdh_sim.trial.lift import lift
 DRAWS = 20  # infeasible copies are drawn again, at most so often
 
 
-def repeat_trial(scene: Scene, thing: ObjectInfo, course: Course, rng: np.random.Generator) -> Rate:
+def repeat_trial(
+    scene: Scene, thing: ObjectInfo, course: Course, rng: np.random.Generator
+) -> Proportion:
     """Share of perturbed copies that hold, of ``settings.repeats`` with feasible motion.
 
     The hand's position and roll and the friction carry noise of their own in each copy.
@@ -33,7 +35,7 @@ def repeat_trial(scene: Scene, thing: ObjectInfo, course: Course, rng: np.random
             continue
         count += 1
         held += grasp_and_lift(scene, thing, copy, max(factor, 0.05))[0] == "none"
-    return Rate(held, count)
+    return Proportion(held, count)
 
 
 def perturbed(

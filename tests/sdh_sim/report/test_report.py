@@ -188,13 +188,13 @@ def test_surplus_trials_are_left_out(run, tmp_path, capsys):
     path = run / "trials.parquet"
     write_rows(({**r, "surplus": r["trial"] >= 10} for r in rows()), path)
     some = read_study([path], resamples=FEW)
-    assert (some.surplus, some.tables) == (14, 24)
+    assert (some.surplus, some.read) == (14, 24)
     assert some.findings["overall", "q_linf"].comparison.n == 10
     # An older table, from before there were presets, beside it.
     older = tmp_path / "older.parquet"
     pq.write_table(pq.read_table(path).drop_columns(["surplus"]), older)
     both = read_study([path, older], resamples=FEW)
-    assert (both.surplus, both.tables) == (14, 48)
+    assert (both.surplus, both.read) == (14, 48)
     assert both.findings["overall", "q_linf"].comparison.n == 34
     assert main(["compare", str(path)]) == 0
     assert "14 trials beyond the objects' shares are left out" in capsys.readouterr().out
