@@ -1,4 +1,4 @@
-"""How well each of many predictors tells successes from failures, on the same trials and folds."""
+"""How well each predictor tells successes from failures, on the same trials and folds."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.analysis.study import seeded, stratified_folds
 from sdh_sim.analysis.thresholds import CrossValidated, cross_validate
 from sdh_sim.records.rows import stack
-from sdh_sim.report import figure_style, html
+from sdh_sim.report import figure_style
+from sdh_sim.report.page import Table
+from sdh_sim.report.table_cells import DASH, number, percent
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,7 @@ class Candidate:
         scores: (n,) of all trials; NaN where it has none.
         boundary: decision boundary it comes with, or None.
         drop_missing: leave trials without a score out instead of counting them as 0.
-        is_load: the score is a load in weights, to be held against q_sim.
+        is_load: the score is a load in weights, to be compared with q_sim.
     """
 
     group: str
@@ -45,7 +47,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Result:
-    """What became of a candidate; ``best`` is None where an outcome is too rare."""
+    """The statistics of a candidate; ``best`` is None with fewer than two of an outcome."""
 
     candidate: Candidate
     comparison: Comparison
@@ -95,7 +97,7 @@ def _ends(name: str, bounds: tuple[float, float] | None) -> dict[str, float | No
 
 
 def folds_and_truth(table: pa.Table) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Success (n,), trials that count (n,), fold (n,): the folds of the report's own numbers."""
+    """Success, whether a trial counts, and its fold, each (n,); the folds are the report's."""
     success = np.array(table.column("success").to_pylist(), dtype=bool)
     usable = ~trial_tables.unstable_of(table) & ~trial_tables.surplus_of(table)
     fold = np.full(len(success), -1)
@@ -134,8 +136,8 @@ def assess(table: pa.Table, candidates: Sequence[Candidate]) -> list[Result]:
     return found
 
 
-def results_table(results: Sequence[Result]) -> str:
-    """All of them as a table of the report."""
+def results_table(results: Sequence[Result]) -> Table:
+    """All results as a table of the report."""
     rows, rules, before = [], [], ("", "")
     load = any(result.agreement for result in results)
     for result in results:
@@ -146,23 +148,23 @@ def results_table(results: Sequence[Result]) -> str:
         section = (candidate.pads, candidate.group)
         if section != before:
             rules.append(len(rows))
-        fixed = html.percent(c.accuracy) if candidate.boundary is not None else html.DASH
+        fixed = percent(c.accuracy) if candidate.boundary is not None else DASH
         cells = [
             candidate.pads if section != before else "",
             candidate.group if section != before else "",
             candidate.assumes,
             str(c.n),
-            html.number(c.auc, c.auc_interval),
+            number(c.auc, c.auc_interval),
             fixed,
-            html.percent(best.accuracy) if best else html.DASH,
+            percent(best.accuracy) if best else DASH,
         ]
         if load:
-            cells.append(html.number(a.spearman) if a else html.DASH)
-            cells.append(html.number(a.factor) if a else html.DASH)
+            cells.append(number(a.spearman) if a else DASH)
+            cells.append(number(a.factor) if a else DASH)
         rows.append(cells)
         before = section
     head = ["pads", "metric", "assumptions", "n", "AUC", "at 1", "at best"]
-    return html.table(
+    return Table(
         "Every metric and plain baseline: area under the ROC curve, accuracy [%] at the decision "
         "boundary 1 (of a probability: one half) and at the threshold chosen by cross-validation. "
         "Wrenches at the contact's centre alone (none), and forces without friction (fl), with "
@@ -171,13 +173,13 @@ def results_table(results: Sequence[Result]) -> str:
         + ("; rank correlation with q_sim and median of q*/q_sim." if load else "."),
         head + (["rank corr.", "q*/q_sim"] if load else []),
         rows,
-        text=(0, 1, 2),
-        rules=rules,
+        text_columns=(0, 1, 2),
+        ruled_rows=rules,
     )
 
 
 def forest(results: Sequence[Result]) -> Figure:
-    """Area and best accuracy of every predictor, one line each, both kinds of pads on it."""
+    """Area and best accuracy of every predictor: a line each, with both choices of pads."""
     names = list(dict.fromkeys((r.candidate.group, r.candidate.assumes) for r in results))
     figure, axes = figure_style.panels(2, 1.0 + 0.23 * len(names), sharey=True)
     for result in results:

@@ -95,6 +95,15 @@ def test_the_page_stands_alone(reported):
         assert all(link.startswith("#") for link in links)
 
 
+def test_names_from_a_file_are_text(run):
+    named = ({**r, "object": ("<script>x</script>", "a & b")[r["trial"] % 2]} for r in rows())
+    write_rows(named, run / "trials.parquet")
+    page = write_report(study(run, compare.METRICS), run / "report", "").read_text()
+    assert "<script" not in page
+    assert "&lt;script&gt;x&lt;/script&gt;</td>" in page
+    assert "a &amp; b</td>" in page
+
+
 def test_every_figure_is_there_as_svg_and_png(reported):
     names = {p.stem for p in reported.glob("*.svg")}
     assert names == {
@@ -166,9 +175,7 @@ def test_a_refused_write_leaves_the_old_page(run, reported, monkeypatch):
 def test_what_no_longer_belongs_is_removed(run, reported):
     shutil.copytree(reported, run / "report")
     (run / "report" / "mine.txt").write_text("keep")
-    write_rows(
-        ({**r, "q_sim": None, "q_sim_capped": None} for r in rows()), run / "trials.parquet"
-    )
+    write_rows(({**r, "q_sim": None, "q_sim_capped": None} for r in rows()), run / "trials.parquet")
     page = write_report(study(run, compare.METRICS), run / "report", "").read_text()
     assert not list((run / "report").glob("load*"))
     assert (run / "report" / "mine.txt").exists()
@@ -201,7 +208,7 @@ def test_surplus_trials_are_left_out(run, tmp_path, capsys):
 
 
 def test_published_numbers_are_drawn_and_further_sections_come_in(run):
-    from sdh_sim.report.html import Section
+    from sdh_sim.report.page import Section
 
     def extra(draw):
         from sdh_sim.report import figures
