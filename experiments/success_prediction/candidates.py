@@ -11,7 +11,7 @@ import pyarrow as pa
 
 from experiments.success_prediction import baselines
 from experiments.success_prediction.metric_grid import Variant
-from experiments.success_prediction.metric_scores import Candidate, folds_and_truth
+from experiments.success_prediction.metric_scores import Candidate, folds_and_outcomes
 
 FEWEST_TO_LEARN = 20  # trials of either outcome
 
@@ -62,7 +62,7 @@ def plain_candidates(rows: Sequence[dict[str, Any]], table: pa.Table) -> list[Ca
 
 def _learn(features: np.ndarray, table: pa.Table) -> np.ndarray | None:
     """Each grasp's score by a model trained on the other folds; None with too few outcomes."""
-    success, usable, fold = folds_and_truth(table)
+    success, usable, fold = folds_and_outcomes(table)
     if min(np.sum(success & usable), np.sum(~success & usable)) < FEWEST_TO_LEARN:
         return None
     scores = np.full(len(success), np.nan)

@@ -96,7 +96,7 @@ def _ends(name: str, bounds: tuple[float, float] | None) -> dict[str, float | No
     return {f"{name}_low": low, f"{name}_high": high}
 
 
-def folds_and_truth(table: pa.Table) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def folds_and_outcomes(table: pa.Table) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Success, whether a trial counts, and its fold, each (n,); the folds are the report's."""
     success = np.array(table.column("success").to_pylist(), dtype=bool)
     usable = ~trial_tables.unstable_of(table) & ~trial_tables.surplus_of(table)
@@ -107,7 +107,7 @@ def folds_and_truth(table: pa.Table) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
 def assess(table: pa.Table, candidates: Sequence[Candidate]) -> list[Result]:
     """Score every candidate on the trials of a table."""
-    success, usable, fold = folds_and_truth(table)
+    success, usable, fold = folds_and_outcomes(table)
     loads = capped = None
     if all(name in table.column_names for name in ("q_sim", "q_sim_capped")):
         loads = stack(table, "q_sim")
@@ -116,14 +116,14 @@ def assess(table: pa.Table, candidates: Sequence[Candidate]) -> list[Result]:
     for candidate in candidates:
         keep = usable & ~(candidate.drop_missing & np.isnan(candidate.scores))
         scores = np.where(np.isnan(candidate.scores), 0.0, candidate.scores)[keep]
-        truth = success[keep]
+        outcomes = success[keep]
         comparison = compare.compare_scores(
             candidate.scores[keep],
-            truth,
+            outcomes,
             metric=candidate.group,
             threshold=0.0 if candidate.boundary is None else candidate.boundary,
         )
-        two_sided = truth.sum() >= 2 and (~truth).sum() >= 2
+        two_sided = outcomes.sum() >= 2 and (~outcomes).sum() >= 2
         agreement = None
         if candidate.is_load and loads is not None and capped is not None:
             tested = keep & ~np.isnan(loads)
@@ -131,7 +131,7 @@ def assess(table: pa.Table, candidates: Sequence[Candidate]) -> list[Result]:
                 agreement = agree(
                     candidate.scores[tested], loads[tested], capped[tested], seeded("agreement")
                 )
-        best = cross_validate(scores, truth, fold[keep]) if two_sided else None
+        best = cross_validate(scores, outcomes, fold[keep]) if two_sided else None
         found.append(Result(candidate, comparison, best, agreement))
     return found
 

@@ -1,0 +1,1 @@
+"""Statistics of predicted against simulated success, from tables of trials."""

@@ -6,6 +6,7 @@ import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pyarrow as pa
@@ -71,6 +72,22 @@ class Finding:
     calibration: Calibration | None
 
 
+class LoadTested(NamedTuple):
+    """One metric on the trials that were load-tested.
+
+    Attributes:
+        q: (n,) the metric [weights].
+        q_sim: (n,) load held [weights].
+        capped: (n,) bool, whether the grasp still held at the largest load tried.
+        unsensed: (n,) bool, whether a contact bore force that no pad measured.
+    """
+
+    q: np.ndarray
+    q_sim: np.ndarray
+    capped: np.ndarray
+    unsensed: np.ndarray
+
+
 @dataclass(frozen=True)
 class Study:
     """The statistics of the trials of one or several runs.
@@ -81,9 +98,7 @@ class Study:
         findings: by group and metric.
         paired: L-infinity against L1 at threshold 1, by group.
         agreement: q* against q_sim by group, metric and subset; empty without load tests.
-        load: by metric, four arrays (n,) of all trials that were load-tested: q*, q_sim, whether
-            q_sim is the largest load tried, whether the pads missed a contact; empty without
-            load tests.
+        load: the trials that were load-tested, by metric; empty without load tests.
         surplus: number of trials left out because they exceed their object's share in a preset.
         read: number of trials read, those left out included.
     """
@@ -93,7 +108,7 @@ class Study:
     findings: dict[tuple[str, str], Finding]
     paired: dict[str, Paired]
     agreement: dict[tuple[str, str, str], Agreement]
-    load: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]
+    load: dict[str, LoadTested]
     surplus: int
     read: int
 
@@ -200,18 +215,18 @@ def _load(
         return {}, {}
     q_sim = stack(table, "q_sim")
     capped = _flags(table.column("q_sim_capped"))
-    unseen = np.zeros(len(q_sim), dtype=bool)
+    unsensed = np.zeros(len(q_sim), dtype=bool)
     if "unsensed_contact" in table.column_names:
-        unseen = _flags(table.column("unsensed_contact"))
+        unsensed = _flags(table.column("unsensed_contact"))
     tested = usable & ~np.isnan(q_sim)
     if not tested.any():
         return {}, {}
     agreement, load = {}, {}
     for metric in (m for m in metrics if m.startswith("q_")):
         q = _filled(columns[metric])
-        load[metric] = (q[tested], q_sim[tested], capped[tested], unseen[tested])
+        load[metric] = LoadTested(q[tested], q_sim[tested], capped[tested], unsensed[tested])
         for group, members in groups.items():
-            for subset, part in ((EVERY, tested), (SEEN, tested & ~unseen)):
+            for subset, part in ((EVERY, tested), (SEEN, tested & ~unsensed)):
                 keep = members & part
                 agreement[group, metric, subset] = agree(
                     q[keep], q_sim[keep], capped[keep], seeded("agreement"), resamples

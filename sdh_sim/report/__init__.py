@@ -1,0 +1,1 @@
+"""The report of a comparison: a page with figures, and its numbers as CSV and Parquet."""

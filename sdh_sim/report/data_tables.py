@@ -1,4 +1,4 @@
-"""The numbers behind a report as flat tables, and how they become CSV and Parquet."""
+"""The numbers of a report as flat tables, written as CSV and Parquet."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def _load(study: Study) -> list[Record]:
 
 
 def csv_text(rows: Sequence[Record]) -> str:
-    """The rows as CSV with a head; None is an empty cell."""
+    """The rows as CSV with a header; None is empty."""
     text = io.StringIO(newline="")
     writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
     writer.writeheader()
@@ -142,10 +142,10 @@ def csv_text(rows: Sequence[Record]) -> str:
 
 
 def write_table(rows: Sequence[Record], stem: Path) -> list[Path]:
-    """Write rows, at least one, as ``stem``.csv and ``stem``.parquet; raises OSError."""
+    """Write one or more rows as ``stem``.csv and ``stem``.parquet; raises OSError."""
     table = pa.Table.from_pylist(list(rows))
     for position, field in enumerate(table.schema):
-        if pa.types.is_null(field.type):  # nothing in this run has such a number
+        if pa.types.is_null(field.type):  # None in every row
             column = table.column(position).cast(pa.float64())
             table = table.set_column(position, field.name, column)
     buffer = io.BytesIO()

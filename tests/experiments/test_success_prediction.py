@@ -1,4 +1,4 @@
-"""The study over all metrics: each variant is the metric it names, each score is honest."""
+"""The study of all metrics: variants are what they name, and no score has seen its grasp."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from experiments.success_prediction.metric_grid import (
     evaluate_row,
     grid,
 )
-from experiments.success_prediction.metric_scores import Candidate, assess, folds_and_truth
+from experiments.success_prediction.metric_scores import Candidate, assess, folds_and_outcomes
 from experiments.success_prediction.published import REFERENCE
 from sdh_sim.analysis.study import study_of
 from sdh_sim.metrics.built_in import MAX_VOLUME_CONTACTS, METRICS
@@ -171,7 +171,7 @@ def test_unstable_trials_have_no_fold():
     table = table_of([True, False] * 10)
     failure = ["unstable_simulation", *table.column("failure").to_pylist()[1:]]
     table = table.set_column(2, "failure", pa.array(failure))
-    _, usable, fold = folds_and_truth(table)
+    _, usable, fold = folds_and_outcomes(table)
     assert usable.sum() == 19
     assert fold[0] == -1
     assert (fold[1:] >= 0).all()
@@ -195,7 +195,7 @@ def test_plain_baselines_by_hand():
     assert unseen_contacts([{**row, "unsensed_contact": True}], "all") == [True]
 
 
-def test_logistic_regression_learns_and_does_not_peek():
+def test_logistic_regression_learns_from_the_other_folds_alone():
     pytest.importorskip("sklearn", reason="the extra 'learn' is not installed")
     rng = np.random.default_rng(0)
     success = np.arange(90) % 2 == 0
@@ -204,7 +204,7 @@ def test_logistic_regression_learns_and_does_not_peek():
     scores = baselines.logistic_scores(told, success, fold)
     assert (scores[success] > 0.5).all()
     assert (scores[~success] < 0.5).all()
-    # Many features of noise: a model that had seen its grasps would tell them apart.
+    # Many features of noise: a model that had seen its grasps would separate them.
     noise = baselines.logistic_scores(rng.normal(size=(90, 45)), success, fold)
     assert abs(np.mean((noise > 0.5) == success) - 0.5) < 0.2
 
@@ -244,7 +244,7 @@ def test_the_study_end_to_end(run, capsys):
     wrench = [r for r in table if r["metric"] not in ("no wrenches", "logistic regression")]
     assert len(wrench) == len(grid())
     assert sum(r["metric"] == "no wrenches" for r in table) == 6
-    # The force alone tells held from not, as it was made.
+    # The rows are made so that the force alone separates held grasps from the others.
     (readings,) = (r for r in table if (r["assumes"], r["pads"]) == ("sum of readings", "distal"))
     assert readings["auc"] == 1.0
     scores = pq.read_table(out / "scores.parquet")

@@ -27,7 +27,7 @@ def test_hand_counted_confusion():
     assert result.true_positive_rate.value == 2 / 3
     assert result.false_positive_rate.value == 1 / 4
     assert result.missing == 1
-    # Of the 12 pairs only (1.0, 1.1) is the wrong way round.
+    # Of the 12 pairs of a success and a failure only (1.0, 1.1) is in the wrong order.
     assert result.auc == 11 / 12
 
 
@@ -158,7 +158,7 @@ def test_csv_row_matches_the_header():
 
 
 @pytest.mark.parametrize("failure", ["unstable_simulation", "error"])
-def test_trials_without_truth_do_not_count(failure):
+def test_trials_without_an_outcome_do_not_count(failure):
     if failure not in FAILURES:
         pytest.skip(f"no such failure: {failure}")
     result = compare_table(table([*ROWS[:2], ("box", failure, 9.0, 9.0)]))[0]

@@ -1,4 +1,4 @@
-"""Curves, thresholds, paired tests and ratios against numbers worked out by hand."""
+"""Curves, thresholds, paired tests and ratios against numbers computed by hand."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def test_roc_area_is_the_comparisons_area_and_interval():
     assert curve.area_interval == compare.auc_interval(scores, success, rng(0))
 
 
-def test_roc_band_holds_the_curve_and_the_truth():
+def test_roc_band_contains_the_curve_and_is_that_of_a_plain_bootstrap():
     scores, success = cases(rounded=False)
     curve = roc(scores, success, rng(0), 1000)
     assert curve is not None
@@ -92,7 +92,7 @@ def test_roc_band_holds_the_curve_and_the_truth():
     assert (curve.low[50], curve.high[50]) == pytest.approx(expected, abs=0.05)
 
 
-def test_separated_classes_leave_no_doubt():
+def test_separated_classes_have_bands_of_no_width():
     scores, success = np.arange(8.0), np.arange(8) >= 4
     curve, pr = roc(scores, success, rng(), FEW), precision_recall(scores, success, rng(), FEW)
     assert curve is not None
@@ -254,7 +254,7 @@ def test_calibration_keeps_to_its_targets():
     assert all(rate.n == 45 for rate in found.achieved)
 
 
-def test_a_bound_that_doubles_the_truth():
+def test_a_bound_of_twice_the_load():
     load = np.linspace(0.5, 4.0, 30)
     found = agree(2 * load, load, np.zeros(30, dtype=bool), rng(), FEW)
     assert (found.spearman, found.ratios) == (pytest.approx(1.0), 30)

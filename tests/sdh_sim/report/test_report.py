@@ -1,4 +1,4 @@
-"""The report: what it says, that it stands alone, and that it is whole or not there."""
+"""The report: its numbers, a page that needs no other file, and writes that the disk refuses."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FEW = 50
 
 
 def rows(count: int = 24) -> list[dict]:
-    """Trials on two objects whose metrics tell something, with a load test."""
+    """Load-tested trials on two objects, whose metrics grow with the load held."""
     rng = np.random.default_rng(7)
     found = []
     for k in range(count):
