@@ -15,7 +15,7 @@ from rich.table import Table
 
 from experiments.command_line import Parser, at_least
 from experiments.parallel import run_all
-from sdh_sim.analysis.proportion import Rate
+from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.cell import scene_of
 from sdh_sim.objects import PAPER_ORDER
 from sdh_sim.settings import TrialSettings
@@ -127,7 +127,7 @@ def step_table(pairs: list[Pair], seed: int) -> Table:
     for k, variant in enumerate(VARIANTS):
         both = [(p.usual, p.others[k]) for p in pairs]
         flipped = [(a, b) for a, b in both if a.held != b.held]
-        flips = Rate(len(flipped), len(pairs))
+        flips = Proportion(len(flipped), len(pairs))
         low, high = flips.interval or (0.0, 1.0)
         apart = [abs(a.moved - b.moved) for a, b in both if a.held and b.held]
         table.add_row(

@@ -1,4 +1,4 @@
-"""Every metric under every assumption, evaluated anew on stored snapshots."""
+"""Every metric under other assumptions, evaluated again on stored snapshots."""
 
 from __future__ import annotations
 
@@ -76,6 +76,16 @@ class Variant:
     def has_boundary(self) -> bool:
         """Whether 1 is a natural decision boundary."""
         return self.kind in ("q", *HAND_KINDS)
+
+
+REPORTED = {
+    "q_linf": Variant("q", "linf", augment="hf"),
+    "q_l1": Variant("q", "l1", augment="hf"),
+    "q_capability": Variant("capability"),
+    "q_held": Variant("held"),
+    "q_whole_hand": Variant("whole"),
+}
+"""Task scalings that the figures show, by their column in the table of trials."""
 
 
 def grid(full: bool = False) -> list[Variant]:
@@ -166,7 +176,7 @@ def evaluate_all(
     """Values (n,) of every variant.
 
     Args:
-        rows: as ``sdh_sim.stored.read_stored`` gives them.
+        rows: as ``sdh_sim.metrics.stored_grasps.read_stored`` gives them.
         variants: what to evaluate.
         run: applies a function to every job, in order; may do so in several processes.
         folders: of users' objects, by name.

@@ -13,7 +13,7 @@ from rich.table import Table
 from sdh_sim.analysis import comparison as statistics
 from sdh_sim.analysis import trial_tables
 from sdh_sim.analysis.comparison import ALL_METRICS, METRICS, Comparison, name_of
-from sdh_sim.analysis.proportion import Rate
+from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.analysis.study import EVERY, Study, read_study
 from sdh_sim.atomic_files import write_atomic
 from sdh_sim.cli.console import output, plain_table
@@ -57,7 +57,7 @@ def compare(
             # Trials of a run that goes on, or was killed, are not all in its table yet.
             tables.append(RunFolder(run).whole_table(folder) if run.is_dir() else place)
         study = read_study(tables, ALL_METRICS if every else METRICS)
-    if not study.tables:
+    if not study.read:
         raise RunError(f"{runs[0]} holds no finished trial yet; continue it with --resume first")
     if csv is not None:
         write_csv(study.comparisons, csv)
@@ -171,7 +171,7 @@ def metric_table(study: Study) -> Table:
     return table
 
 
-def _percent(rate: Rate) -> str:
+def _percent(rate: Proportion) -> str:
     if rate.value is None or rate.interval is None:
         return DASH
     low, high = rate.interval

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sdh_sim.analysis.proportion import Rate
+from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.cell.scene import Scene
 from sdh_sim.grasping.motion_plan import MotionPlan, try_grasp
 from sdh_sim.trial.trial import Trial
@@ -15,7 +15,7 @@ DRAWS = 20  # infeasible copies are drawn again, at most so often
 LEAST_FRICTION = 0.05  # of a copy, as a share of the object's
 
 
-def repeat_trial(trial: Trial, rng: np.random.Generator) -> Rate:
+def repeat_trial(trial: Trial, rng: np.random.Generator) -> Proportion:
     """Share of perturbed copies of a trial that hold, of those with a feasible motion.
 
     The hand's position and roll and the friction carry noise of their own in each of the
@@ -33,7 +33,7 @@ def repeat_trial(trial: Trial, rng: np.random.Generator) -> Rate:
             failure, _ = copy.grasp_and_lift()
         count += 1
         held += failure == "none"
-    return Rate(held, count)
+    return Proportion(held, count)
 
 
 def perturbed(scene: Scene, motion: MotionPlan, rng: np.random.Generator) -> MotionPlan | None:
