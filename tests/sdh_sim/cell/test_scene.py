@@ -17,7 +17,8 @@ from sdh_sim.objects.catalogue import object_info, object_names
 from sdh_sim.robot import sdh2_constants as c
 from sdh_sim.robot.hand import MOTOR_NAMES
 from sdh_sim.robot.pads import PAD_OFFSETS, TACTILE_SIZE
-from sdh_sim.settings import RANGES, TrialSettings
+from sdh_sim.setting_table import settings_of
+from sdh_sim.settings import TrialSettings
 from tests.support import taxel_press as sdh_press
 
 PAD_MIDDLE = np.array([15.4e-3, 0.0, 43.7e-3])  # of the proximal pad, in the link
@@ -135,7 +136,9 @@ def test_unknown_object_is_refused():
 def test_explicit_damping_is_stable_at_the_longest_time_step(scenes):
     # Semi-implicit Euler with stiffness K and damping D, both explicit, is stable while every
     # mode has c h < 2 and k h² < 4 - 2 c h.
-    longest = RANGES["timestep"][1]
+    span = settings_of(TrialSettings)["timestep"].span
+    assert span is not None
+    longest = span[1]
     for scene in (scenes["box"], build_scene(TrialSettings("box", arm="rigid"))):
         model = scene.model
         data = mujoco.MjData(model)
