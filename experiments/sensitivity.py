@@ -8,7 +8,6 @@ with one thing changed. Writes ``sensitivity.png`` and ``sensitivity.csv``.
 
 from __future__ import annotations
 
-import argparse
 import csv
 import functools
 import sys
@@ -22,12 +21,14 @@ from rich.console import Console
 from rich.table import Table
 
 import graspq as gq
+from experiments.command_line import Parser
 from experiments.parallel import run_all
 from sdh_sim.analysis.comparison import auc
+from sdh_sim.errors import RecordError
 from sdh_sim.metrics.stored_grasps import object_of, read_stored, snapshot_of
-from sdh_sim.objects.catalogue import ObjectInfo
+from sdh_sim.objects.object_info import ObjectInfo
 from sdh_sim.poses import rotation_of
-from sdh_sim.records.schema import NO_TRUTH, RecordError
+from sdh_sim.records.trial_row import NO_TRUTH
 from sdh_sim.robot.hand import MOTOR_NAMES, HandKinematics
 from sdh_sim.runs.folder import RunFolder
 from sdh_sim.sensing.pad_contacts import pad_contacts
@@ -173,7 +174,7 @@ def _grasp(row: dict[str, Any], folders: Mapping[str, ObjectFolder]) -> Grasp | 
 
 def main(argv: list[str] | None = None) -> int:
     """Print the table, draw the curves."""
-    parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
+    parser = Parser(__doc__)
     parser.add_argument("run", type=Path, help="run folder of sdh-sim lift")
     parser.add_argument("--out", type=Path, help="where to write [RUN/report]")
     parser.add_argument("--seed", type=int, default=0, help="of the noise [0]")

@@ -10,15 +10,15 @@ from __future__ import annotations
 
 import argparse
 import functools
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
 
+from experiments.command_line import Parser, fail
 from experiments.parallel import run_all
 from experiments.success_prediction import baselines
 from experiments.success_prediction.candidates import plain_candidates, wrench_candidates
@@ -51,20 +51,6 @@ from sdh_sim.runs.folder import RunFolder
 from sdh_sim.user_references import ObjectFolder
 
 FOLDER = "success_prediction"
-
-
-class Parser(argparse.ArgumentParser):
-    """Reports a wrong argument in one line and exits with status 2."""
-
-    def error(self, message: str) -> NoReturn:
-        """Print the message and exit."""
-        fail(message)
-
-
-def fail(message: str) -> NoReturn:
-    """Print one line to the error stream and exit with status 2."""
-    print(f"success_prediction: {message}", file=sys.stderr)
-    raise SystemExit(2)
 
 
 def main(argv: Sequence[str] | None = None) -> None:
@@ -120,7 +106,8 @@ def main(argv: Sequence[str] | None = None) -> None:
 
 
 def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
-    parser = Parser(prog="success_prediction", description=(__doc__ or "").splitlines()[0])
+    parser = Parser(__doc__)
+    parser.prog = "success_prediction"
     parser.add_argument("runs", type=Path, nargs="+", help="run folders")
     parser.add_argument("--out", type=Path, help=f"folder (default: {FOLDER} in the run)")
     parser.add_argument("--pads", choices=("distal", "all"), default="distal",
@@ -138,7 +125,7 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
 
 
 def evaluated(
-    rows: Sequence[dict[str, Any]],
+    rows: Sequence[Mapping[str, Any]],
     variants: Sequence[Variant],
     run: MapRows,
     folders: Mapping[str, ObjectFolder],
@@ -154,7 +141,7 @@ def evaluated(
     return values
 
 
-def unseen_contacts(rows: Sequence[dict[str, Any]], pads: str) -> list[bool]:
+def unseen_contacts(rows: Sequence[Mapping[str, Any]], pads: str) -> list[bool]:
     """Whether a trial has a contact force that the chosen pads do not measure."""
     return [
         bool(row.get("unsensed_contact"))
@@ -223,7 +210,7 @@ def metrics_section(results: Sequence[Result], draw: Draw) -> Section:
 
 
 def _score_rows(
-    rows: Sequence[dict[str, Any]], values: dict[Variant, np.ndarray]
+    rows: Sequence[Mapping[str, Any]], values: dict[Variant, np.ndarray]
 ) -> list[dict[str, Any]]:
     found = []
     for k, row in enumerate(rows):

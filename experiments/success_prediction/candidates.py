@@ -32,7 +32,7 @@ def wrench_candidates(values: Mapping[Variant, np.ndarray]) -> list[Candidate]:
     ]
 
 
-def plain_candidates(rows: Sequence[dict[str, Any]], table: pa.Table) -> list[Candidate]:
+def plain_candidates(rows: Sequence[Mapping[str, Any]], table: pa.Table) -> list[Candidate]:
     """Predictors without wrenches; the learned ones where scikit-learn is installed."""
     found = []
     for pads, kinds in (("distal", baselines.PAD_KINDS[:1]), ("all", baselines.PAD_KINDS)):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,12 +13,12 @@ from experiments.success_prediction.metric_grid import REPORTED, Variant
 from sdh_sim.analysis.comparison import NAMES
 from sdh_sim.analysis.study import Study
 from sdh_sim.analysis.trial_tables import SURPLUS
-from sdh_sim.records.schema import NO_TRUTH
+from sdh_sim.records import NO_TRUTH
 from sdh_sim.report.page import Section, Table
 from sdh_sim.report.table_cells import DASH, TableCell, object_name
 
 SHOWN = 8
-Row = dict[str, Any]
+Row = Mapping[str, Any]
 
 
 def load_section(

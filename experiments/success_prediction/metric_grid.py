@@ -149,7 +149,7 @@ def _hand() -> HandKinematics:
 
 
 def evaluate_row(
-    job: tuple[dict[str, Any], Sequence[Variant], Mapping[str, ObjectFolder]],
+    job: tuple[Mapping[str, Any], Sequence[Variant], Mapping[str, ObjectFolder]],
 ) -> list[float]:
     """Values of the variants for one row; NaN where the trial ended before its snapshot."""
     row, variants, folders = job
@@ -168,7 +168,7 @@ def evaluate_row(
 
 
 def evaluate_all(
-    rows: Sequence[dict[str, Any]],
+    rows: Sequence[Mapping[str, Any]],
     variants: Sequence[Variant],
     run: MapRows,
     folders: Mapping[str, ObjectFolder] | None = None,

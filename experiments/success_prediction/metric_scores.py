@@ -17,7 +17,7 @@ from sdh_sim.analysis.load_agreement import Agreement, agree
 from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.analysis.study import seeded, stratified_folds
 from sdh_sim.analysis.thresholds import CrossValidated, cross_validate
-from sdh_sim.records.rows import stack
+from sdh_sim.records import stack
 from sdh_sim.report import figure_style
 from sdh_sim.report.page import Table
 from sdh_sim.report.table_cells import DASH, number, percent

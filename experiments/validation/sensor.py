@@ -37,7 +37,7 @@ def sensor_creep(short: bool = False, spoil: Spoil = HONEST) -> Result:
         Row(
             f"sum of counts per newton, {t:g} s", "1/N", slope,
             float(np.interp(t, times, sums)) / forces.sum(), 0.03,
-            "two parameters fit three slopes; whole counts per cell",
+            "two parameters fit three slopes; whole counts per taxel",
         )
         for t, slope in PUBLISHED.items()
     ]  # fmt: skip
@@ -47,6 +47,6 @@ def sensor_creep(short: bool = False, spoil: Spoil = HONEST) -> Result:
         rows.append(Row(
             f"share of the reading at 10 s after {t:g} s", "1", late / final,
             float(np.interp(t, times, sums)) / sums[-1], 0.01,
-            "whole counts per cell",
+            "whole counts per taxel",
         ))  # fmt: skip
     return Result(tuple(rows), {"time": np.array(times), "counts": np.array(sums)})

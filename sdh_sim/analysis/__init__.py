@@ -1,1 +1,1 @@
-"""Statistics of predicted against simulated success, from tables of trials."""
+"""Predicted against simulated success: statistics of tables of trials."""

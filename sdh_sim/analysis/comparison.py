@@ -19,8 +19,7 @@ import scipy.stats
 from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.analysis.resampling import RESAMPLES, RankedScores, interval, stratified_weights
 from sdh_sim.analysis.trial_tables import COMPARED, groups_of, unstable_of, without_surplus
-from sdh_sim.records.rows import stack
-from sdh_sim.records.user_columns import METRIC, is_metric
+from sdh_sim.records import METRIC, is_metric, stack
 
 METRICS = COMPARED
 ALL_METRICS = (

@@ -25,8 +25,7 @@ from sdh_sim.analysis.thresholds import (
     calibrate,
     cross_validate,
 )
-from sdh_sim.records.parquet_files import columns_of
-from sdh_sim.records.rows import stack
+from sdh_sim.records import columns_of, stack
 
 LOAD = ("q_sim", "q_sim_capped")
 EVERY, SEEN = "all", "no unseen contact"  # subsets of the load test's trials

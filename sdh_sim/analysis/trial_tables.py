@@ -9,9 +9,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from sdh_sim.records.parquet_files import columns_of, read_table
-from sdh_sim.records.schema import NO_TRUTH
-from sdh_sim.records.user_columns import added_in, is_metric
+from sdh_sim.records import NO_TRUTH, added_in, columns_of, is_metric, read_table
 
 COMPARED = ("q_linf", "q_l1")  # metrics that every comparison needs
 SURPLUS = "surplus"  # column of trials that a preset ran beyond an object's share

@@ -80,7 +80,8 @@ def view(name: str, seed: int) -> None:
         )
     import mujoco.viewer
 
-    from sdh_sim.trial.trial import cell_before_grasp
+    from sdh_sim.trial import Trial
 
-    cell = cell_before_grasp(settings, seed)
-    mujoco.viewer.launch(cell.scene.model, cell.data)
+    trial = Trial(settings, seed)
+    trial.place()
+    mujoco.viewer.launch(trial.scene.model, trial.simulation.data)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sdh_sim.objects.catalogue import ObjectInfo
-from sdh_sim.objects.facts import DEFAULT_SPREAD, Spread
+from sdh_sim.objects.facts import DEFAULT_SPREAD
+from sdh_sim.objects.object_info import ObjectInfo, Spread
 from sdh_sim.robot.sdh2_constants import PRESHAPES
 
 OBJECT_POSITION = (0.56, 0.0)  # where the object stands on the table [m]
@@ -100,11 +100,11 @@ class GraspPlan:
         return target - self.palm_rotation() @ (centre - self.offset)
 
 
-def sample_grasp(thing: ObjectInfo, rng: np.random.Generator, style: str = "any") -> GraspPlan:
+def sample_grasp(obj: ObjectInfo, rng: np.random.Generator, style: str = "any") -> GraspPlan:
     """Draw one grasp; whether the arm can do it is for the trial to find out.
 
     Args:
-        thing: the object.
+        obj: the object.
         rng: of everything random.
         style: ``any``, or ``precision`` for fingertip grasps.
     """
@@ -112,9 +112,9 @@ def sample_grasp(thing: ObjectInfo, rng: np.random.Generator, style: str = "any"
     named, other = SPREADS, DEFAULT_SPREAD
     if precision:
         named, other = PRECISION_SPREADS, DEFAULT_PRECISION_SPREAD
-    spread = thing.spread or named.get(thing.name, other)
+    spread = obj.spread or named.get(obj.name, other)
     # From the side the hand needs room below and object above: a low object is taken from above.
-    side = bool(rng.random() < spread.side) and thing.height >= sum(SIDE_MARGIN)
+    side = bool(rng.random() < spread.side) and obj.height >= sum(SIDE_MARGIN)
     wide = bool(rng.random() < spread.wide)
     preshapes = PRECISION_PRESHAPES if precision else tuple(PRESHAPES)
     preshape = preshapes[int(rng.integers(len(preshapes)))]
@@ -123,20 +123,20 @@ def sample_grasp(thing: ObjectInfo, rng: np.random.Generator, style: str = "any"
         azimuth = float(rng.uniform(-AZIMUTH, AZIMUTH))
         roll = flip + float(rng.normal(0.0, ROLL))
         tilt = float(rng.uniform(0.0, SIDE_TILT))
-        height = float(rng.uniform(SIDE_MARGIN[0], thing.height - SIDE_MARGIN[1]))
+        height = float(rng.uniform(SIDE_MARGIN[0], obj.height - SIDE_MARGIN[1]))
     else:
         azimuth = float(rng.uniform(-math.pi, math.pi))
         roll = 0.0
         tilt = float(rng.normal(0.0, math.radians(4)))
-        deepest = min(TOP_DEPTH[1], max(TOP_DEPTH[0], thing.height - TOP_ROOM))
-        height = thing.height - float(rng.uniform(TOP_DEPTH[0], deepest))
+        deepest = min(TOP_DEPTH[1], max(TOP_DEPTH[0], obj.height - TOP_ROOM))
+        height = obj.height - float(rng.uniform(TOP_DEPTH[0], deepest))
     low, high = PRECISION_DEPTH if precision else DEPTH[preshape]
-    ahead = thing.half_narrow if wide else thing.half_wide
+    ahead = obj.half_narrow if wide else obj.half_wide
     setback = max(0.0, ahead - REACH_IN) if side else 0.0
     # The palm's x, along which the hand closes, is a quarter turn ahead of a side approach.
     closing = azimuth + math.pi / 2 if side else azimuth
     quarters = 2 * int(rng.integers(2)) + int(wide)
-    facing = closing - thing.narrow_yaw + quarters * math.pi / 2
+    facing = closing - obj.narrow_yaw + quarters * math.pi / 2
     return GraspPlan(
         approach="side" if side else "top",
         preshape=preshape,

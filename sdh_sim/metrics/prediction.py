@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from sdh_sim.metrics.built_in import evaluate, task_scaling
-from sdh_sim.objects.catalogue import ObjectInfo
+from sdh_sim.objects.object_info import ObjectInfo
 from sdh_sim.robot.hand import HandKinematics
 from sdh_sim.sensing.pad_contacts import PadContact
 from sdh_sim.sensing.perceived_grasp import PerceivedGrasp, perceive
@@ -46,21 +46,21 @@ class Prediction:
 
 def predict(
     snapshot: TactileSnapshot,
-    thing: ObjectInfo,
+    obj: ObjectInfo,
     torque_limit: tuple[float, float],
     pads: str,
-    kinematics: HandKinematics,
+    kinematics: HandKinematics | None = None,
 ) -> Prediction:
     """Every metric from the snapshot and the known object alone.
 
     Args:
         snapshot: what the hand sensed.
-        thing: mass, friction and centre of mass of the object.
+        obj: mass, friction and centre of mass of the object.
         torque_limit: (spread and proximal, distal) [N m].
         pads: ``all`` or ``distal``.
-        kinematics: the hand; its posture is changed.
+        kinematics: the hand; None takes the one of the process.
     """
-    grasp = perceive(snapshot, thing, torque_limit, pads, kinematics)
+    grasp = perceive(snapshot, obj, torque_limit, pads, kinematics)
     values = evaluate(grasp)
     reason = ""
     if not grasp.contacts:

@@ -11,8 +11,9 @@ import numpy as np
 import pyarrow as pa
 
 from sdh_sim import records
-from sdh_sim.analysis import trial_tables
-from sdh_sim.objects.catalogue import ObjectInfo, object_info
+from sdh_sim.objects.catalogue import object_info
+from sdh_sim.objects.object_info import ObjectInfo
+from sdh_sim.records.parquet_files import columns_of
 from sdh_sim.robot.hand import MOTOR_NAMES, HandKinematics
 from sdh_sim.sensing.perceived_grasp import PerceivedGrasp, perceive
 from sdh_sim.sensing.snapshot import TactileSnapshot
@@ -38,7 +39,7 @@ def read_stored(paths: Sequence[Path]) -> tuple[pa.Table, list[dict[str, Any]]]:
     Raises:
         RecordError: a table lacks what a snapshot consists of.
     """
-    shared = trial_tables.columns_of(paths, records.SCHEMA.names)
+    shared = columns_of(paths, records.SCHEMA.names)
     names = dict.fromkeys((*_NEEDED_TOO, *_NEEDED, *shared))
     table = pa.concat_tables([records.read_table(path, list(names)) for path in paths])
     columns = {}
@@ -90,19 +91,19 @@ def object_of(
     Raises:
         SettingsError: there is no such object any more.
     """
-    thing = object_info(row["object"], (folders or {}).get(row["object"]))
+    obj = object_info(row["object"], (folders or {}).get(row["object"]))
     mass, friction = row.get("perceived_mass_kg"), row.get("perceived_friction")
     return replace(
-        thing,
-        mass_kg=thing.mass_kg if mass is None else mass,
-        friction=thing.friction if friction is None else friction,
+        obj,
+        mass_kg=obj.mass_kg if mass is None else mass,
+        friction=obj.friction if friction is None else friction,
     )
 
 
 def grasp_of(
     row: Mapping[str, Any],
     pads: str,
-    kinematics: HandKinematics,
+    kinematics: HandKinematics | None = None,
     folders: Mapping[str, ObjectFolder] | None = None,
 ) -> PerceivedGrasp | None:
     """What a metric may know of the row's grasp; None where there is no snapshot.
@@ -110,7 +111,7 @@ def grasp_of(
     Args:
         row: a row as ``records.read_rows`` gives it.
         pads: ``all`` or ``distal``.
-        kinematics: the hand; its posture is changed.
+        kinematics: the hand; None takes the one of the process.
         folders: of users' objects by name, as the run's plan has them.
     """
     snapshot = snapshot_of(row)

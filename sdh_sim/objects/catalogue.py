@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
 
@@ -18,7 +17,7 @@ import numpy as np
 from sdh_sim.errors import SettingsError
 from sdh_sim.model_files import models_dir
 from sdh_sim.objects.collision_shape import collision_vertices
-from sdh_sim.objects.facts import Spread
+from sdh_sim.objects.object_info import ObjectInfo
 from sdh_sim.objects.user_objects import UserObject, read_folder
 from sdh_sim.poses import rotation_of
 from sdh_sim.user_references import ObjectFolder
@@ -26,43 +25,6 @@ from sdh_sim.user_references import ObjectFolder
 OBJECT = "object/"  # prefix of its names in a workcell
 # The order of the paper's figure 5; other folders follow by name.
 PAPER_ORDER = ("box", "oval_bottle", "spray_bottle", "cylindrical_bottle")
-
-
-@dataclass(frozen=True)
-class ObjectInfo:
-    """What is known of an object before any simulation.
-
-    Attributes:
-        name: folder name of the model.
-        mass_kg: mass [kg].
-        friction: coefficient of Coulomb friction against the pads.
-        com_m: centre of mass in the object's frame (3,) [m].
-        extents_m: size along the axes of the object's frame (3,) [m].
-        standing_quat: orientation in which it stands on the table, w x y z (4,).
-        standing_height: height of the object's frame over the table when standing [m].
-        height: height of its top over the table when standing [m].
-        narrow_yaw: direction of its narrower horizontal side when standing at yaw 0 [rad].
-        half_narrow: half of the narrower horizontal side [m].
-        half_wide: half of the wider horizontal side [m].
-        inertia_kgm2: inertia tensor at the centre of mass, object axes (3, 3) [kg m^2].
-        spread: of the random grasps on it; None: what ``grasps`` has for its name, or the default.
-        folder: where a user's object comes from; None for a built-in one.
-    """
-
-    name: str
-    mass_kg: float
-    friction: float
-    com_m: np.ndarray
-    extents_m: np.ndarray
-    standing_quat: np.ndarray
-    standing_height: float
-    height: float
-    narrow_yaw: float
-    half_narrow: float
-    half_wide: float
-    inertia_kgm2: np.ndarray
-    spread: Spread | None = None
-    folder: ObjectFolder | None = None
 
 
 @cache

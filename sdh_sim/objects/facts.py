@@ -12,28 +12,12 @@ from typing import Any
 import numpy as np
 
 from sdh_sim.objects.folder_reader import FACTS, Folder, show
+from sdh_sim.objects.object_info import Spread
 from sdh_sim.user_references import NAME
 
 MESHES = (".stl", ".obj", ".ply", ".off", ".glb", ".gltf")
 MJCF = ".xml"
 MAX_FACTS = 16 << 10  # [bytes]
-
-
-@dataclass(frozen=True)
-class Spread:
-    """Choices and errors of the random grasps on one object.
-
-    Attributes:
-        side: share of approaches from the side, the others come from above.
-        wide: share of grasps that close across the wider side, the others across the narrower.
-        offset: standard deviation of the position error along each palm axis [m].
-        yaw: standard deviation of the object's yaw off square [rad].
-    """
-
-    side: float
-    wide: float
-    offset: float
-    yaw: float
 
 
 @dataclass(frozen=True)

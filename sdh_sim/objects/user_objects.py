@@ -15,10 +15,11 @@ import numpy as np
 
 from sdh_sim.errors import MeshError, MjcfError, ObjectError
 from sdh_sim.objects.collision_shape import collision_vertices
-from sdh_sim.objects.facts import MJCF, Facts, Spread, inertia_matrix, model_file, read_facts
+from sdh_sim.objects.facts import MJCF, Facts, inertia_matrix, model_file, read_facts
 from sdh_sim.objects.folder_reader import Folder
 from sdh_sim.objects.mesh_files import MAX_FACES, Part, check_solid, hull_ratio, parts_of, read_mesh
 from sdh_sim.objects.mjcf_files import parse
+from sdh_sim.objects.object_info import Spread
 from sdh_sim.poses import rotation_of
 from sdh_sim.user_references import ObjectFolder
 

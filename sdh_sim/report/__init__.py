@@ -1,1 +1,5 @@
-"""The report of a comparison: a page with figures, and its numbers as CSV and Parquet."""
+"""The page of a comparison, with its figures and tables."""
+
+from sdh_sim.report.report import write_report
+
+__all__ = ["write_report"]

@@ -18,7 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sdh_sim.atomic_files import write_atomic
-from sdh_sim.records.user_columns import METRIC
+from sdh_sim.records import METRIC
 
 COLOURS = {
     "q_linf": "#0072B2",

@@ -25,7 +25,7 @@ def log_geometry(stream: rr.RecordingStream, scene: Scene) -> None:
         if model.geom_group[geom] not in SHOWN_GROUPS:
             continue
         color = geom_color(model, geom)
-        if model.geom_bodyid[geom] == scene.object:
+        if model.geom_bodyid[geom] == scene.object_body:
             color[3] = OBJECT_ALPHA
         kind = model.geom_type[geom]
         if kind == mujoco.mjtGeom.mjGEOM_MESH:

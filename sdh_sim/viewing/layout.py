@@ -81,7 +81,7 @@ def blueprint(log: TrialLog) -> rrb.Blueprint:
 def _eye(log: TrialLog) -> rrb.EyeControls3D:
     """From beyond the object, to the side of the hand's approach: fingers, pads and object show."""
     scene = log.scene
-    target = log.body_position[0, scene.object] + (0.0, 0.0, 0.06)
+    target = log.body_position[0, scene.object_body] + (0.0, 0.0, 0.06)
     toward = target - log.body_position[-1, scene.palm]
     heading = np.arctan2(toward[1], toward[0]) - np.pi / 3
     offset = np.array([np.cos(heading), np.sin(heading), 0.35]) * EYE_DISTANCE

@@ -235,11 +235,11 @@ def _log_prediction(stream: rr.RecordingStream, log: TrialLog) -> None:
     at = np.array([k.position for k in contacts]) + com
     lift = next((k for k, name in enumerate(log.phase) if name == "lift"), len(log.time) - 1)
     stream.set_time(TIMELINE, duration=float(log.time[lift]))
-    thing = body_path(log.scene.model, log.scene.object)
-    stream.log(f"{thing}/friction_cones", cones(log.prediction.contacts, com))
+    body = body_path(log.scene.model, log.scene.object_body)
+    stream.log(f"{body}/friction_cones", cones(log.prediction.contacts, com))
     log_wrench_space(stream, log.prediction)
     stream.log(
-        f"{thing}/predicted_contacts",
+        f"{body}/predicted_contacts",
         rr.Arrows3D(
             origins=at - normals, vectors=normals, colors=CONTACT_COLOR, radii=0.0012,
             labels=[f"{p.pad} g* {p.contact.max_normal_force:.1f} N"

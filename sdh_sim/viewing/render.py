@@ -63,7 +63,7 @@ def draw_frames(
             mujoco.mj_kinematics(model, data)
             mujoco.mj_comPos(model, data)
             mujoco.mj_camlight(model, data)
-            camera.lookat[:] = 0.5 * (data.xpos[log.scene.object] + data.xpos[log.scene.palm])
+            camera.lookat[:] = 0.5 * (data.xpos[log.scene.object_body] + data.xpos[log.scene.palm])
             camera.lookat[:] += LOOK_OFFSET
             renderer.update_scene(data, camera, options)
             renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows

@@ -24,11 +24,10 @@ from experiments.success_prediction.published import REFERENCE
 from sdh_sim.analysis.study import study_of
 from sdh_sim.metrics.built_in import MAX_VOLUME_CONTACTS, METRICS
 from sdh_sim.metrics.stored_grasps import grasp_of, read_stored
-from sdh_sim.records.parquet_files import write_rows
-from sdh_sim.records.rows import normalise
+from sdh_sim.records import normalise, write_rows
 from sdh_sim.robot.hand import HandKinematics
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.trial import run_trial
+from sdh_sim.trial.run_trial import run_trial
 
 TRIALS = 24  # too few of either outcome to learn from: the baseline that learns is tested by itself
 
@@ -40,7 +39,7 @@ def real() -> dict:
     for seed in range(3, 200):
         row = run_trial(TrialSettings("oval_bottle"), seed).row
         if np.any(row.get("tactile_proximal")) and row["contacts"] <= 4:
-            row = {"trial": 0, **row, "q_sim": 2.0, "q_sim_capped": False}
+            row = {**row, "trial": 0, "q_sim": 2.0, "q_sim_capped": False}
             if evaluate_row((normalise(row), fingertips, {}))[0] > 0.1:
                 return row
     raise AssertionError("no such grasp")

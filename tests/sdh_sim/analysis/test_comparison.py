@@ -9,8 +9,7 @@ from sdh_sim.analysis import comparison as compare
 from sdh_sim.analysis import resampling as bootstrap
 from sdh_sim.analysis.comparison import auc, auc_interval, compare_scores, compare_table
 from sdh_sim.analysis.proportion import Proportion
-from sdh_sim.records.rows import to_table
-from sdh_sim.records.schema import FAILURES
+from sdh_sim.records import FAILURES, to_table
 
 T, F = True, False
 

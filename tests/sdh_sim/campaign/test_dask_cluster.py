@@ -1,4 +1,4 @@
-"""Trials on Dask: the same rows as without, whoever dies; loopback only."""
+"""Trials on Dask: the same rows as without, whatever process dies; loopback only."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from pathlib import Path
 import pytest
 
 from sdh_sim.campaign.campaign import run_campaign
-from sdh_sim.campaign.jobs import Work
+from sdh_sim.campaign.jobs import TrialTask
 from sdh_sim.errors import CampaignError, SettingsError
 from sdh_sim.runs.environment import versions
 from sdh_sim.runs.folder import RunFolder
-from tests.sdh_sim.campaign.test_campaign import table_bytes
 from tests.support import trial_stand_ins as stand_ins
 from tests.support.repository import ROOT
+from tests.support.run_folders import table_bytes
 from tests.support.trial_stand_ins import plan
 
 needs_dask = pytest.mark.skipif(
@@ -41,11 +41,11 @@ def test_without_the_extra_its_name_is_told(tmp_path, monkeypatch):
 def test_a_worker_with_other_versions_stops_the_run(tmp_path):
     job = plan().job(0)
     folder = RunFolder(tmp_path)
-    assert Work(stand_ins.quick, "none", folder, versions())(job).row is not None
-    done = Work(stand_ins.quick, "none", folder, {**versions(), "mujoco": "3.0"})(job)
-    assert done.row is None
-    assert done.refused
-    assert f"mujoco {versions()['mujoco']} (not 3.0)" in done.error
+    assert TrialTask(stand_ins.quick, "none", folder, versions())(job).row is not None
+    result = TrialTask(stand_ins.quick, "none", folder, {**versions(), "mujoco": "3.0"})(job)
+    assert result.row is None
+    assert result.refused
+    assert f"mujoco {versions()['mujoco']} (not 3.0)" in result.error
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +93,7 @@ class Cluster:
         where += ["--scheduler-file", str(self.file)]
         return subprocess.Popen(
             [sys.executable, "-m", f"distributed.cli.dask_{name}", *where, *options],
-            env={**os.environ, "PYTHONPATH": f"{ROOT}:{ROOT / 'tests'}"},
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
             cwd=self.file.parent,
             stdout=self.log,
             stderr=self.log,
@@ -177,6 +177,6 @@ def test_a_scheduler_that_is_not_there(tmp_path, monkeypatch):
     options = {"executor": "dask", "trial": stand_ins.quick}
     with pytest.raises(SettingsError, match=r"scheduler: got 'none.json'; give an address"):
         run_campaign(plan(), tmp_path, 1, scheduler="none.json", **options)
-    monkeypatch.setattr("sdh_sim.cluster._CONNECT", 1.0)
+    monkeypatch.setattr("sdh_sim.campaign.dask_cluster._CONNECT", 1.0)
     with pytest.raises(CampaignError, match=r"tcp://127.0.0.1:9 does not answer"):
         run_campaign(plan(), tmp_path, 1, scheduler="tcp://127.0.0.1:9", **options)

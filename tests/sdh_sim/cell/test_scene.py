@@ -8,17 +8,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from sdh_sim.cell.scene import (
-    ARM_GEOM,
-    HAND_GEOM,
-    OBJECT_GEOM,
-    TABLE_GEOM,
-    Scene,
-    build_scene,
-    taxel_stiffness,
-)
+from sdh_sim.cell.scene import ARM_GEOM, HAND_GEOM, OBJECT_GEOM, TABLE_GEOM, Scene
+from sdh_sim.cell.scene_builder import build_scene, taxel_stiffness
 from sdh_sim.errors import SettingsError
-from sdh_sim.grasping.motion_plan import find_course, place
+from sdh_sim.grasping.motion_plan import place, plan_motion
 from sdh_sim.model_files import models_dir
 from sdh_sim.objects.catalogue import object_info, object_names
 from sdh_sim.robot import sdh2_constants as c
@@ -89,13 +82,13 @@ def test_solref_follows_the_object(scenes):
         model = scene.model
         for geom in np.flatnonzero(scene.taxel >= 0):
             link = model.geom_bodyid[geom]
-            a = model.body_invweight0[link, 0] + model.body_invweight0[scene.object, 0]
+            a = model.body_invweight0[link, 0] + model.body_invweight0[scene.object_body, 0]
             k = 3853.3333 * 0.05 * a
             assert model.geom_solref[geom] == pytest.approx((-k, -2 * np.sqrt(k)), rel=1e-6)
             assert model.geom_solimp[geom, :2].tolist() == [0.95, 0.95]
         seen[name] = model.geom_solref[np.flatnonzero(scene.taxel >= 0)[0], 0]
         # The lighter the object, the more A: 1 / m of a free body.
-        assert model.body_invweight0[scene.object, 0] == pytest.approx(
+        assert model.body_invweight0[scene.object_body, 0] == pytest.approx(
             1 / object_info(name).mass_kg, rel=1e-6
         )
     by_mass = sorted(seen, key=lambda name: object_info(name).mass_kg)
@@ -175,9 +168,9 @@ def test_friction_of_pads_and_structure_is_the_objects(scenes, name):
 @pytest.mark.parametrize("name", object_names())
 def test_object_keeps_its_mass_and_centre_of_mass(scenes, name):
     scene, info = scenes[name], object_info(name)
-    assert scene.model.body_mass[scene.object] == pytest.approx(info.mass_kg)
-    assert scene.model.body_ipos[scene.object] == pytest.approx(info.com_m)
-    assert scene.model.body_gravcomp[scene.object] == 0.0
+    assert scene.model.body_mass[scene.object_body] == pytest.approx(info.mass_kg)
+    assert scene.model.body_ipos[scene.object_body] == pytest.approx(info.com_m)
+    assert scene.model.body_gravcomp[scene.object_body] == 0.0
 
 
 def test_indices_point_at_what_they_say(scenes):
@@ -192,8 +185,8 @@ def test_indices_point_at_what_they_say(scenes):
         f"arm/joint{k}" for k in range(1, 7)
     ]
     assert model.body(scene.palm).name == "hand/palm"
-    assert model.body(scene.object).name == "object/object"
-    assert model.jnt_type[model.body_jntadr[scene.object]] == mujoco.mjtJoint.mjJNT_FREE
+    assert model.body(scene.object_body).name == "object/object"
+    assert model.jnt_type[model.body_jntadr[scene.object_body]] == mujoco.mjtJoint.mjJNT_FREE
     live = scene.taxel[scene.taxel >= 0]
     assert len(live) == len(set(live)) == 456
     assert live.max() < TACTILE_SIZE == 486
@@ -209,11 +202,11 @@ def test_indices_point_at_what_they_say(scenes):
 
 @pytest.mark.parametrize("name", object_names())
 def test_nothing_touches_the_object_but_the_table_when_a_trial_begins(scenes, name):
-    scene, info = scenes[name], object_info(name)
+    scene = scenes[name]
     data = mujoco.MjData(scene.model)
     for seed in range(2):
-        course = find_course(scene, info, np.random.default_rng(seed))
-        place(scene, data, info, course.plan, course.approach[0], course.opening)
+        motion = plan_motion(scene, np.random.default_rng(seed))
+        place(scene, data, motion.grasp, motion.approach[0], motion.opening)
         mujoco.mj_forward(scene.model, data)
         groups = np.sort(scene.geom_group[data.contact.geom], axis=1)
         assert ((groups == (OBJECT_GEOM, TABLE_GEOM)).all(axis=1)).all(), groups

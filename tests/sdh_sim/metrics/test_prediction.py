@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from sdh_sim.metrics.prediction import NO_READING, predict
-from sdh_sim.objects.catalogue import ObjectInfo, object_info, user_object
+from sdh_sim.objects.catalogue import object_info, user_object
+from sdh_sim.objects.object_info import ObjectInfo
 from sdh_sim.robot.hand import HandKinematics
 from sdh_sim.sensing import perceived_grasp as perception
 from sdh_sim.sensing.snapshot import TactileSnapshot
@@ -160,7 +161,6 @@ def test_it_depends_on_snapshot_shape_mass_friction_com_and_limits_only(kinemati
         thing, extents_m=np.ones(3), height=2.0, half_wide=1.0,
         inertia_kgm2=np.eye(3), standing_height=9.0,
     )  # fmt: skip
-    kinematics.pose(np.radians([30, 10, 20, 30, 40, 50, 60]))  # what was posed before
     for same, what in ((grasp, other), (louder, thing),
                        (replace(grasp, hand_pose_world=turned), thing)):  # fmt: skip
         again = predict(same, what, LIMIT, "all", kinematics)

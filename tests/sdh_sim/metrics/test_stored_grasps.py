@@ -13,7 +13,7 @@ from sdh_sim.metrics.built_in import METRICS, evaluate
 from sdh_sim.metrics.stored_grasps import grasp_of, object_of, read_stored, snapshot_of
 from sdh_sim.robot.hand import HandKinematics
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.trial import run_trial
+from sdh_sim.trial.run_trial import run_trial
 
 CHEAP = {name: METRICS[name] for name in ("q_linf", "q_l1", "q_capability", "q_held")}
 
@@ -30,7 +30,7 @@ def settings() -> TrialSettings:
 @pytest.fixture(scope="module")
 def table(settings, tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("stored") / "trials.parquet"
-    held = ({"trial": k, **run_trial(settings, k).row} for k in range(3, 40))
+    held = ({**run_trial(settings, k).row, "trial": k} for k in range(3, 40))
     row = next(r for r in held if r["q_linf"] > 0.5)
     early = {"trial": 99, "object": "box", "seed": 1, "success": False}
     records.write_rows([row, {**early, "failure": "unstable_simulation"}], path)

@@ -27,7 +27,7 @@ from sdh_sim.errors import RunError, SettingsError
 from sdh_sim.metrics.prediction import predict
 from sdh_sim.metrics.user_metrics import evaluate, find_metrics, load_metric
 from sdh_sim.objects.catalogue import object_info
-from sdh_sim.records.schema import FAILURES
+from sdh_sim.records.trial_row import FAILURES
 from sdh_sim.records.user_columns import METRIC_ERROR, added_columns
 from sdh_sim.robot.hand import HandKinematics
 from sdh_sim.runs.folder import RunFolder

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from sdh_sim.cell.scene import build_scene
+from sdh_sim.cell.scene_builder import build_scene
 from sdh_sim.robot import arm as arm_module
 from sdh_sim.robot.arm import ArmKinematics, along, arm_speed_limit
 from sdh_sim.settings import TrialSettings

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sdh_sim.objects.catalogue import ObjectInfo, object_info
+from sdh_sim.objects.catalogue import object_info
+from sdh_sim.objects.object_info import ObjectInfo
 from sdh_sim.robot.hand import HandKinematics, torque_limits
 from sdh_sim.sensing.pad_contacts import PadContact, pad_contacts
 from sdh_sim.sensing.perceived_grasp import gravity_task, perceive

@@ -18,7 +18,7 @@ from sdh_sim.errors import RunError
 from sdh_sim.robot.hand import MOTOR_NAMES, torque_limits
 from sdh_sim.robot.pads import PAD_NAMES, PAD_OFFSETS, live_mask
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.trial import run_trial
+from sdh_sim.trial.run_trial import run_trial
 from sdh_sim.trial.trial_log import TrialLog
 from sdh_sim.viewing.layout import FORCE_SCALE, blueprint, heat_colors
 from sdh_sim.viewing.recording import recording_id, spawn_viewer, write_recording, write_recordings

@@ -11,7 +11,7 @@ from PIL import Image
 
 from sdh_sim.cli import app as cli
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.trial import cell_before_grasp
+from sdh_sim.trial import Trial
 
 av = pytest.importorskip("av", reason="films need PyAV")
 
@@ -97,10 +97,11 @@ def test_the_viewer_needs_a_screen_and_one_object(capsys, monkeypatch):
 
 
 def test_the_viewer_starts_before_the_grasp():
-    cell = cell_before_grasp(TrialSettings("box"), 3)
-    assert cell.time == 0.0
-    assert not cell.hand_touch()[0]
+    trial = Trial(TrialSettings("box"), 3)
+    trial.place()
+    assert trial.simulation.time == 0.0
+    assert not trial.touched
     for _ in range(20):
-        cell.tick()
-    assert cell.on_table()
-    assert not cell.hand_touch()[0]  # the open hand stays before the object
+        trial.simulation.tick()
+    assert trial.simulation.on_table()
+    assert not trial.touched  # the open hand stays before the object
