@@ -111,11 +111,16 @@ class DaskExecutor:
         except queue.Empty:
             pass
         with _lost_scheduler_is_an_error():
-            good = [future for future in ended if future.status == "finished"]
-            answers = dict(zip(good, self._client.gather(good), strict=True)) if good else {}
-            return [
-                (self._jobs.pop(f), answers[f] if f in answers else self._failure(f)) for f in ended
-            ]
+            status = {future: future.status for future in ended}
+            good = [future for future in ended if status[future] == "finished"]
+            results = dict(zip(good, self._client.gather(good), strict=True)) if good else {}
+            for future in ended:
+                if status[future] in ("lost", "pending"):
+                    # Its worker was lost with the result; Dask runs it again.
+                    future.add_done_callback(self._ended.put)
+                elif future not in results:
+                    results[future] = self._failure(future)
+        return [(self._jobs.pop(future), result) for future, result in results.items()]
 
     def _failure(self, future: Any) -> JobResult:
         if future.status != "error":

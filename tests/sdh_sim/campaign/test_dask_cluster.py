@@ -6,18 +6,22 @@ import contextlib
 import importlib.util
 import json
 import os
+import queue
 import signal
 import subprocess
 import sys
 import time
+import types
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from sdh_sim.campaign.campaign import run_campaign
-from sdh_sim.campaign.jobs import TrialTask
-from sdh_sim.errors import CampaignError, SettingsError
+from sdh_sim.campaign.dask_cluster import DaskExecutor
+from sdh_sim.campaign.jobs import JobResult, TrialTask
+from sdh_sim.errors import CampaignError, SettingsError, WorkerDied
 from sdh_sim.runs.environment import versions
 from sdh_sim.runs.folder import RunFolder
 from tests.support import trial_stand_ins as stand_ins
@@ -151,6 +155,39 @@ def test_a_killed_worker_of_a_real_cluster_costs_nothing(tmp_path, cluster, want
     assert cluster.workers[0].wait(timeout=5) == -signal.SIGKILL
     assert cluster.workers[1].poll() is None
     assert table_bytes(tmp_path) == table_bytes(wanted)
+
+
+class Future:
+    """A future of Dask's, as far as the executor looks."""
+
+    def __init__(self, status: str) -> None:
+        self.status = status
+        self.callbacks: list = []
+
+    def add_done_callback(self, call) -> None:
+        self.callbacks.append(call)
+
+
+def test_a_result_that_was_lost_with_its_worker_is_waited_for_again():
+    kept, lost, cancelled = (Future(status) for status in ("finished", "lost", "cancelled"))
+    executor: Any = object.__new__(DaskExecutor)
+    executor._client = types.SimpleNamespace(
+        gather=lambda futures: [JobResult(None)] * len(futures)
+    )
+    executor._jobs = dict(zip((kept, lost, cancelled), plan().jobs(), strict=False))
+    executor._ended = queue.SimpleQueue()
+    executor._ended.put(kept)
+    executor._ended.put(lost)
+    ((job, _),) = executor.wait(0.1)
+    assert job.trial == 0
+    assert list(executor._jobs) == [lost, cancelled]
+    lost.status = "finished"
+    lost.callbacks[0](lost)
+    ((job, _),) = executor.wait(0.1)
+    assert job.trial == 1
+    executor._ended.put(cancelled)
+    with pytest.raises(WorkerDied, match="has gone away"):
+        executor.wait(0.1)
 
 
 @needs_dask
