@@ -1,4 +1,4 @@
-"""Metrics of users: found, evaluated as the built-in ones are, run only where the user names them."""
+"""Metrics of users: found, evaluated as built-in ones are, run only where the user names them."""
 
 from __future__ import annotations
 

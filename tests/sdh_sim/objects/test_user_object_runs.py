@@ -39,8 +39,8 @@ def test_contacts_of_a_user_s_object_are_those_of_a_built_in_one(tmp_path):
         return same, {tuple(some.model.geom_solref[g]) for g in geoms}
 
     assert touching(scene) == touching(of_box)
-    felt = scene.model.geom_friction[scene.taxel >= 0, 0]
-    assert np.unique(felt) == pytest.approx([0.55])
+    friction = scene.model.geom_friction[scene.taxel >= 0, 0]
+    assert np.unique(friction) == pytest.approx([0.55])
 
 
 def test_low_objects_are_taken_from_above_and_the_spread_is_obeyed(tmp_path):

@@ -54,7 +54,7 @@ def test_a_film_shows_all_of_it_in_real_time(run, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("name", "more", "words"),
+    ("name", "more", "message"),
     [
         ("trial.gif", (), "ends in .png or .mp4"),
         ("trial.mp4", ("--width", "321"), "even number"),
@@ -63,10 +63,10 @@ def test_a_film_shows_all_of_it_in_real_time(run, tmp_path, capsys):
         ("missing/\0.png", (), "--out"),
     ],
 )
-def test_bad_requests_are_one_line(run, tmp_path, capsys, name, more, words):
+def test_bad_requests_are_one_line(run, tmp_path, capsys, name, more, message):
     assert render(run, tmp_path / name, *more) == 2
     error = capsys.readouterr().err
-    assert words in error
+    assert message in error
     assert error.count("\n") == 1
 
 
@@ -86,14 +86,14 @@ def test_several_trials_make_no_picture(run, tmp_path, capsys):
 def test_the_viewer_needs_a_screen_and_one_object(capsys, monkeypatch):
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-    for arguments, words in (
+    for arguments, message in (
         (["box"], "no screen"),
         (["all"], "one object"),
         (["teapot"], "choose one of"),
         (["box", "--seed", "-1"], "--seed"),
     ):
         assert cli.main(["view", *arguments]) == 2
-        assert words in capsys.readouterr().err
+        assert message in capsys.readouterr().err
 
 
 def test_the_viewer_starts_before_the_grasp():
