@@ -1,4 +1,4 @@
-"""How sure the labels are: the same grasps with other time steps, moved by a hair, with noise.
+"""How certain the labels are: the same grasps with other time steps, moved a little, with noise.
 
 What moving the hand by 10 µm changes is how far a label can be known at all: a time step that
 changes no more is fine enough.

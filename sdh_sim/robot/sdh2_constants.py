@@ -2,7 +2,7 @@
 
 Sources: [urdf] ipa320/schunk_modular_robotics, schunk_description; [lib] SDHLibrary-CPP;
 [taxel] taxel kinematics published with peter-kiechle/tactile-sensors; [cad] measured on public
-CAD meshes of the hand; [sheet] Schunk's data sheet. Lengths in metres, angles in radians, unless
+CAD meshes of the hand; [data sheet] Schunk's. Lengths in metres, angles in radians, unless
 a name says otherwise. The MJCF in ``models/schunk_sdh2`` is written from this file by
 ``python -m sdh_sim.modelgen.hand``.
 
@@ -62,7 +62,7 @@ MOTORS = (
 )
 COUPLED_JOINT = "spread_coupled"  # finger2's base, turned by the spread motor as well
 
-# [sheet] 2.1 N m spread and proximal, 1.4 N m distal
+# [data sheet] 2.1 N m spread and proximal, 1.4 N m distal
 DATASHEET_TORQUE = {"spread": 2.1, "proximal": 2.1, "distal": 1.4}
 # [lib] greatest speeds, 86 / 200 / 158 deg/s
 MAX_SPEED = {k: math.radians(v) for k, v in {"spread": 86, "proximal": 200, "distal": 158}.items()}
