@@ -19,11 +19,10 @@ import numpy as np
 
 from experiments.command_line import Parser
 from sdh_sim.errors import RecordError, RenderError
-from sdh_sim.metrics.stored_grasps import read_stored
-from sdh_sim.records.trial_row import NO_TRUTH
-from sdh_sim.runs.folder import RunFolder
-from sdh_sim.trial.run_trial import run_trial
-from sdh_sim.trial.trial_log import TrialLog
+from sdh_sim.metrics import read_stored
+from sdh_sim.records import NO_TRUTH
+from sdh_sim.runs import RunFolder
+from sdh_sim.trial import TrialLog, run_trial
 from sdh_sim.viewing.render import render_trial
 
 MOVED_MM = 2.0  # of the object in the hand: from then on it is on its way out

@@ -8,7 +8,7 @@ from rich.table import Table
 
 from experiments.command_line import Parser, at_least
 from experiments.parallel import run_all
-from sdh_sim.objects.catalogue import PAPER_ORDER
+from sdh_sim.objects import PAPER_ORDER
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import Trial, load_test
 

@@ -8,10 +8,9 @@ import numpy as np
 from PIL import Image
 
 from experiments.command_line import Parser
-from sdh_sim.objects.catalogue import PAPER_ORDER
+from sdh_sim.objects import PAPER_ORDER
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.run_trial import run_trial
-from sdh_sim.trial.trial_log import TrialLog
+from sdh_sim.trial import TrialLog, run_trial
 from sdh_sim.viewing.render import draw_frames, milestones
 
 # First seed to try and approach of each object's picture, chosen for the view.

@@ -25,15 +25,14 @@ from experiments.command_line import Parser
 from experiments.parallel import run_all
 from sdh_sim.analysis.comparison import auc
 from sdh_sim.errors import RecordError
-from sdh_sim.metrics.stored_grasps import object_of, read_stored, snapshot_of
-from sdh_sim.objects.object_info import ObjectInfo
+from sdh_sim.metrics import object_of, read_stored, snapshot_of
+from sdh_sim.objects import ObjectInfo
 from sdh_sim.poses import rotation_of
-from sdh_sim.records.trial_row import NO_TRUTH
-from sdh_sim.robot.hand import MOTOR_NAMES, HandKinematics
-from sdh_sim.runs.folder import RunFolder
-from sdh_sim.sensing.pad_contacts import pad_contacts
-from sdh_sim.sensing.perceived_grasp import GRAVITY, TASK_RADIUS, TASK_SAMPLES
-from sdh_sim.sensing.snapshot import TactileSnapshot
+from sdh_sim.records import NO_TRUTH
+from sdh_sim.robot import MOTOR_NAMES, HandKinematics
+from sdh_sim.runs import RunFolder
+from sdh_sim.sensing import GRAVITY, TactileSnapshot, pad_contacts
+from sdh_sim.sensing.perceived_grasp import TASK_RADIUS, TASK_SAMPLES
 from sdh_sim.user_references import ObjectFolder
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -11,9 +11,9 @@ from rich.table import Table
 from experiments.command_line import Parser, at_least
 from experiments.parallel import run_all
 from sdh_sim.analysis.comparison import auc
-from sdh_sim.metrics.prediction import predict
+from sdh_sim.metrics import predict
 from sdh_sim.objects import PAPER_ORDER
-from sdh_sim.robot.pads import arrays
+from sdh_sim.robot import arrays
 from sdh_sim.sensing import SensorModel, TactileFrames, TactileSensor, take_snapshot
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import Trial, classify

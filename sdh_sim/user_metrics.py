@@ -2,7 +2,7 @@
 
 import warnings
 
-from sdh_sim.metrics.user_metrics import evaluate, find_metrics, load_metric
+from sdh_sim.metrics import evaluate, find_metrics, load_metric
 
 __all__ = ["evaluate", "find_metrics", "load_metric"]
 

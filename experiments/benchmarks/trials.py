@@ -13,13 +13,13 @@ from rich.console import Console
 from rich.table import Table
 
 from experiments.command_line import Parser, at_least
-from sdh_sim.campaign.campaign import run_campaign
+from sdh_sim.campaign import run_campaign
 from sdh_sim.campaign.paper_preset import FAST_SETTINGS
 from sdh_sim.cell import scene_builder
-from sdh_sim.objects.catalogue import PAPER_ORDER
-from sdh_sim.runs.plan import RunPlan
+from sdh_sim.objects import PAPER_ORDER
+from sdh_sim.runs import RunPlan
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.run_trial import run_trial
+from sdh_sim.trial import run_trial
 
 
 @dataclass

@@ -41,13 +41,13 @@ from sdh_sim.analysis import comparison as compare
 from sdh_sim.analysis.study import Study, study_of
 from sdh_sim.analysis.trial_tables import SURPLUS
 from sdh_sim.errors import RecordError, RunError, SettingsError
-from sdh_sim.metrics.stored_grasps import read_stored
+from sdh_sim.metrics import read_stored
+from sdh_sim.report import write_report
 from sdh_sim.report.data_tables import write_table
 from sdh_sim.report.page import Paragraph, Section, Table
-from sdh_sim.report.report import write_report
 from sdh_sim.report.sections import Draw
 from sdh_sim.report.table_cells import number, object_name, percent
-from sdh_sim.runs.folder import RunFolder
+from sdh_sim.runs import RunFolder
 from sdh_sim.user_references import ObjectFolder
 
 FOLDER = "success_prediction"

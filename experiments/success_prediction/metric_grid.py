@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 
 import graspq as gq
-from sdh_sim.metrics.built_in import hand_bound, wrench_sets
-from sdh_sim.metrics.stored_grasps import grasp_of
-from sdh_sim.robot.hand import HandKinematics
-from sdh_sim.sensing.perceived_grasp import PerceivedGrasp
+from sdh_sim.metrics import grasp_of, hand_bound, wrench_sets
+from sdh_sim.robot import HandKinematics
+from sdh_sim.sensing import PerceivedGrasp
 from sdh_sim.user_references import ObjectFolder
 
 PADS = ("distal", "all")

@@ -9,7 +9,7 @@ from experiments.validation.result_rows import Result, Row
 from experiments.validation.rigs import HONEST, Spoil, timestep_in_use
 from sdh_sim.cell import Scene, Simulation, build_scene
 from sdh_sim.grasping import MotionPlan
-from sdh_sim.robot.arm import along, arm_kinematics
+from sdh_sim.robot import along, arm_kinematics
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import Trial
 from sdh_sim.trial.lift import LIFT_TIME

@@ -10,9 +10,9 @@ from experiments.validation.result_rows import Result, Row
 from experiments.validation.rig_readings import imprint, squeezed, torques_of, touches
 from experiments.validation.rigs import HONEST, Shape, Spoil, gripper, pad_frame
 from experiments.validation.rigs import settings_for as rig_settings
-from sdh_sim.cell.scene import Scene
+from sdh_sim.cell import Scene
+from sdh_sim.robot import MOTOR_NAMES, hand_kinematics
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.hand import MOTOR_NAMES, hand_kinematics
 
 PROXIMAL, DISTAL = MOTOR_NAMES.index("thumb_proximal"), MOTOR_NAMES.index("thumb_distal")
 JOINTS = [PROXIMAL, DISTAL]

@@ -26,10 +26,10 @@ from experiments.validation.rigs import (
     set_friction,
     settings_for,
 )
-from sdh_sim.cell.scene import Scene
+from sdh_sim.cell import Scene
 from sdh_sim.cell.scene_builder import PAD_IMPEDANCE
+from sdh_sim.robot import MOTOR_NAMES
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.hand import MOTOR_NAMES
 
 PRESS = 10.0  # [N]
 FRICTION = 0.63  # of the paper's box

@@ -20,12 +20,12 @@ from experiments.validation.rigs import (
     settings_for,
     timestep_in_use,
 )
+from sdh_sim.cell import Scene, build_scene
 from sdh_sim.cell.contacts import taxel_forces
-from sdh_sim.cell.scene import Scene
-from sdh_sim.cell.scene_builder import build_scene, taxel_stiffness
+from sdh_sim.cell.scene_builder import taxel_stiffness
 from sdh_sim.robot import sdh2_constants as c
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.trial import Trial
+from sdh_sim.trial import Trial
 
 INERTIA = (2e-4, 5e-4, 6e-4)  # of the released box [kg m²]: three different values
 PROXIMAL_AXIS = c.FINGERS[0].base[2] + c.KNUCKLE_HEIGHT  # height of it over the palm frame [m]

@@ -8,11 +8,10 @@ import mujoco
 import numpy as np
 
 import graspq as gq
+from sdh_sim.cell import Scene
 from sdh_sim.cell.contacts import taxel_forces
-from sdh_sim.cell.scene import Scene
+from sdh_sim.robot import HAND, PAD_NAMES, PAD_OFFSETS, hand_kinematics, taxel_centres
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.hand import HAND, hand_kinematics
-from sdh_sim.robot.pads import PAD_NAMES, PAD_OFFSETS, taxel_centres
 
 TICK = 0.01  # [s] between two set points of the motors
 

@@ -15,12 +15,12 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from sdh_sim.cell.scene import Scene
+from sdh_sim.cell import Scene
 from sdh_sim.cell.scene_builder import geom_groups, set_contacts, taxel_index
 from sdh_sim.model_files import models_dir
-from sdh_sim.objects.catalogue import OBJECT, object_info
+from sdh_sim.objects import OBJECT, object_info
+from sdh_sim.robot import HAND, MOTOR_NAMES, hand_kinematics, torque_limits
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.hand import HAND, MOTOR_NAMES, hand_kinematics, torque_limits
 from sdh_sim.settings import PAPER_TORQUE_LIMIT, TrialSettings
 
 HAND_PLACE = np.array([0.45, 0.0, 0.4])  # of the hand's mount in the world [m]

@@ -10,7 +10,8 @@ from experiments.validation.friction import clamp
 from experiments.validation.result_rows import Result, Row
 from experiments.validation.rigs import HONEST, Spoil
 from sdh_sim.cell.contacts import taxel_forces
-from sdh_sim.sensing.tactile_sensor import FRAME_RATE, SensorModel, TactileSensor
+from sdh_sim.sensing import SensorModel, TactileSensor
+from sdh_sim.sensing.tactile_sensor import FRAME_RATE
 
 # Slope of the sum of counts [1/N] at a time after contact [s], published for a distal pad.
 PUBLISHED = {0.5: 2810.0, 3.0: 4513.0, 10.0: 5074.0}

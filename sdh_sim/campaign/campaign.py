@@ -11,13 +11,9 @@ from sdh_sim.campaign.jobs import Executor, TrialFunction, TrialTask, run_jobs
 from sdh_sim.campaign.session import RunResult, RunSession
 from sdh_sim.campaign.stop_signals import StopSignals
 from sdh_sim.errors import RunError
-from sdh_sim.records.trial_row import TrialRow
+from sdh_sim.records import TrialRow
 from sdh_sim.run_options import RunOptions
-from sdh_sim.runs.environment import versions
-from sdh_sim.runs.finished_trials import FinishedTrials
-from sdh_sim.runs.folder import RunFolder
-from sdh_sim.runs.lock import run_lock
-from sdh_sim.runs.plan import RunPlan
+from sdh_sim.runs import FinishedTrials, RunFolder, RunPlan, run_lock, versions
 
 OnStart = Callable[[RunResult], None]
 OnTrial = Callable[[TrialRow], None]

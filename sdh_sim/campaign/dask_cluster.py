@@ -26,7 +26,7 @@ from sdh_sim.campaign.jobs import JobResult, TrialTask
 from sdh_sim.campaign.local_processes import ProcessExecutor
 from sdh_sim.campaign.stop_signals import interrupts_held
 from sdh_sim.errors import SettingsError, WorkerDied
-from sdh_sim.runs.plan import Job
+from sdh_sim.runs import Job
 from sdh_sim.thread_limits import limit_threads, limited_children
 
 _CONNECT = 30.0  # [s]

@@ -15,11 +15,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from sdh_sim.errors import RecordError, SettingsError
-from sdh_sim.records.rows import normalise
-from sdh_sim.records.trial_row import TrialRow
-from sdh_sim.runs.environment import versions
-from sdh_sim.runs.folder import RunFolder
-from sdh_sim.runs.plan import Job
+from sdh_sim.records import TrialRow, normalise
+from sdh_sim.runs import Job, RunFolder, versions
 from sdh_sim.settings import TrialSettings
 
 TrialFunction = Callable[[TrialSettings, int, bool], Any]
@@ -72,7 +69,7 @@ class TrialTask:
         try:
             run_trial = self.trial
             if run_trial is None:
-                from sdh_sim.trial.run_trial import run_trial  # MuJoCo is loaded in workers only
+                from sdh_sim.trial import run_trial  # MuJoCo is loaded in workers only
             result = run_trial(job.settings, job.seed, self.rerun != "none")
             row = normalise({**result.row, "trial": job.trial})
             if (row["object"], row["seed"]) != (job.settings.object, job.seed):

@@ -15,7 +15,7 @@ from typing import Any
 from sdh_sim.campaign.jobs import JobResult
 from sdh_sim.campaign.stop_signals import interrupts_held
 from sdh_sim.errors import WorkerDied
-from sdh_sim.runs.plan import Job
+from sdh_sim.runs import Job
 from sdh_sim.thread_limits import limited_children
 
 _READY = "ready"

@@ -9,10 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from sdh_sim.errors import SettingsError
-from sdh_sim.records.parquet_files import read_rows, read_table, write_rows
-from sdh_sim.records.trial_row import NO_TRUTH
-from sdh_sim.records.user_columns import added_columns
-from sdh_sim.runs.folder import RunFolder
+from sdh_sim.records import NO_TRUTH, added_columns, read_rows, read_table, write_rows
+from sdh_sim.runs import RunFolder
 
 # Grasps of each kind in section IV-B, half stable and half not: 584 in all.
 PAPER_SHARES = {"box": 67, "oval_bottle": 85, "spray_bottle": 71, "cylindrical_bottle": 69}

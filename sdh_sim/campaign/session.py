@@ -13,13 +13,9 @@ from typing import Any
 from sdh_sim.campaign.jobs import JobResult
 from sdh_sim.campaign.stop_signals import Stopped
 from sdh_sim.errors import CampaignError, Interrupted, WorkerDied
-from sdh_sim.records.rows import normalise
-from sdh_sim.records.trial_row import TrialRow
+from sdh_sim.records import TrialRow, normalise
 from sdh_sim.run_options import RunOptions
-from sdh_sim.runs.environment import machine, versions
-from sdh_sim.runs.finished_trials import FinishedTrials
-from sdh_sim.runs.folder import RunFolder
-from sdh_sim.runs.plan import Job, RunPlan
+from sdh_sim.runs import FinishedTrials, Job, RunFolder, RunPlan, machine, versions
 
 ROWS_KEPT_CURRENT = 50_000  # a longer table (10 s to write) is written at the end of the run alone
 ALL_FAILED = 10  # errors before any other outcome that stop the run: something is broken for all

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from sdh_sim.cell.scene import ARM_GEOM, HAND_GEOM, OBJECT_GEOM, TABLE_GEOM, Scene
-from sdh_sim.robot.pads import TACTILE_SIZE
+from sdh_sim.robot import TACTILE_SIZE
 
 
 def touching(scene: Scene, data: mujoco.MjData, first: int, second: int) -> np.ndarray:

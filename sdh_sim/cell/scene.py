@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from sdh_sim.objects.object_info import ObjectInfo
+from sdh_sim.objects import ObjectInfo
 from sdh_sim.settings import TrialSettings
 
 OTHER, OBJECT_GEOM, TABLE_GEOM, HAND_GEOM, ARM_GEOM = range(5)

@@ -9,12 +9,10 @@ import numpy as np
 
 from sdh_sim.cell.scene import ARM_GEOM, HAND_GEOM, OBJECT_GEOM, TABLE_GEOM, Scene
 from sdh_sim.model_files import models_dir
-from sdh_sim.objects.catalogue import OBJECT, object_info, object_spec
-from sdh_sim.objects.object_info import ObjectInfo
+from sdh_sim.objects import OBJECT, ObjectInfo, object_info, object_spec
+from sdh_sim.robot import ARM, ARM_JOINTS, HAND, MOTOR_NAMES, PAD_OFFSETS, torque_limits
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.arm import ARM, ARM_JOINTS, arm_spec, arm_speed_limit
-from sdh_sim.robot.hand import HAND, MOTOR_NAMES, torque_limits
-from sdh_sim.robot.pads import PAD_OFFSETS
+from sdh_sim.robot.arm import arm_spec, arm_speed_limit
 from sdh_sim.settings import TrialSettings
 
 # Impedance d of the pad contacts, constant, and damping ratio of one taxel's contact: with these

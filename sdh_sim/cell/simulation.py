@@ -14,7 +14,7 @@ from sdh_sim import poses
 from sdh_sim.cell import contacts
 from sdh_sim.cell.scene import HAND_GEOM, OBJECT_GEOM, Scene
 from sdh_sim.errors import Diverged
-from sdh_sim.robot.hand import torque_limits
+from sdh_sim.robot import torque_limits
 
 TICK = 0.01  # control period [s]
 MAX_SPEED = 1e3  # a generalised speed beyond this is a diverged simulation [m/s or rad/s]

@@ -18,8 +18,8 @@ from sdh_sim.analysis.study import EVERY, Study, read_study
 from sdh_sim.atomic_files import write_atomic
 from sdh_sim.cli.console import output, plain_table
 from sdh_sim.errors import RunError
-from sdh_sim.records.user_columns import is_metric
-from sdh_sim.runs.folder import RunFolder
+from sdh_sim.records import is_metric
+from sdh_sim.runs import RunFolder
 
 DASH = "-"
 REPORT = "report"  # folder inside a run's own
@@ -75,7 +75,7 @@ def _report(study: Study, runs: Sequence[Path], folder: Path | None) -> str:
         if len(runs) > 1 or not runs[0].is_dir():
             return "No report: it has no place of its own here; give --report FOLDER."
         folder = runs[0] / REPORT
-    from sdh_sim.report.report import write_report  # matplotlib takes its time
+    from sdh_sim.report import write_report  # matplotlib takes its time
 
     names = ", ".join(run.resolve().name for run in runs)
     counted = sum(c.n for c in study.comparisons if c.group == study.main) // len(study.metrics)

@@ -11,7 +11,7 @@ from sdh_sim.cli.lift_request import LiftRequest
 from sdh_sim.cli.show import show
 from sdh_sim.errors import RenderError
 from sdh_sim.run_options import RunOptions, default_workers
-from sdh_sim.runs.folder import RunFolder
+from sdh_sim.runs import RunFolder
 
 TRIALS, SEED = 8, 0
 

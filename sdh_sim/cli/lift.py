@@ -18,20 +18,16 @@ from rich.progress import (
 )
 from rich.table import Table
 
-from sdh_sim.campaign import paper_preset
-from sdh_sim.campaign.campaign import OnStart, OnTrial, run_campaign
+from sdh_sim.campaign import RunResult, paper_preset, run_campaign
+from sdh_sim.campaign.campaign import OnStart, OnTrial
 from sdh_sim.campaign.paper_preset import Share
-from sdh_sim.campaign.session import RunResult
 from sdh_sim.cli.console import errors, output, plain_table
 from sdh_sim.cli.lift_request import SEED, TRIALS, LiftRequest
 from sdh_sim.errors import SettingsError
-from sdh_sim.metrics.user_metrics import fault_lines, find_metrics
-from sdh_sim.objects.catalogue import find_objects, object_names
-from sdh_sim.records.parquet_files import read_table
-from sdh_sim.records.trial_row import FAILURES, TrialRow
-from sdh_sim.records.user_columns import METRIC_ERROR
-from sdh_sim.runs.folder import RunFolder
-from sdh_sim.runs.plan import RunPlan
+from sdh_sim.metrics import fault_lines, find_metrics
+from sdh_sim.objects import find_objects, object_names
+from sdh_sim.records import FAILURES, METRIC_ERROR, TrialRow, read_table
+from sdh_sim.runs import RunFolder, RunPlan
 from sdh_sim.settings import TrialSettings
 
 

@@ -13,7 +13,7 @@ def objects(folders: Sequence[str] = ()) -> None:
     Raises:
         SettingsError: a folder that cannot be used.
     """
-    from sdh_sim.objects.catalogue import object_info, object_names, user_object
+    from sdh_sim.objects import object_info, object_names, user_object
 
     users = [user_object(path) for path in folders]
     infos = [object_info(own.name, own.reference) for own in users]
@@ -41,8 +41,7 @@ def objects(folders: Sequence[str] = ()) -> None:
 
 def hand() -> None:
     """Print the joints with their limits and the tactile pads."""
-    from sdh_sim.robot.hand import joint_table
-    from sdh_sim.robot.pads import pad_table
+    from sdh_sim.robot import joint_table, pad_table
 
     joints = plain_table("joint", "motor", "torque N m", "range rad", "speed rad/s", text=(0, 1))
     for name, motor, torque, reach, speed in joint_table():

@@ -9,11 +9,8 @@ from typing import Any
 
 from sdh_sim.cli.console import errors, output
 from sdh_sim.errors import RenderError, RunError
-from sdh_sim.records.rows import differing_columns, normalise
-from sdh_sim.records.trial_row import TrialRow
-from sdh_sim.records.user_columns import is_added
-from sdh_sim.runs.environment import versions
-from sdh_sim.runs.folder import RunFolder
+from sdh_sim.records import TrialRow, differing_columns, is_added, normalise
+from sdh_sim.runs import RunFolder, versions
 
 
 def show(
@@ -87,7 +84,7 @@ def stored_jobs(folder: RunFolder, trials: Sequence[int]) -> list[tuple[Any, Tri
 
 def repeat(folder: RunFolder, job: Any, stored: TrialRow) -> Any:
     """Run a stored trial again, print its verdict, and warn where it differs; its log."""
-    from sdh_sim.trial.run_trial import run_trial
+    from sdh_sim.trial import run_trial
 
     # Users' metrics are not evaluated again: code that a run's folder names is not run unasked.
     result = run_trial(dataclasses.replace(job.settings, metrics=()), job.seed, log=True)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from sdh_sim.cell.simulation import Simulation
+from sdh_sim.cell import Simulation
 from sdh_sim.grasping.finger_control import FingerControl
 from sdh_sim.grasping.motion_plan import MotionPlan, place
-from sdh_sim.robot.arm import along, arm_kinematics
+from sdh_sim.robot import along, arm_kinematics
 
 APPROACH_TIME, CLOSE_TIME, SQUEEZE_TIME = 0.8, 2.2, 2.0  # the last two at most [s]
 QUIET_TIME = 0.1  # that long at rest ends the squeeze [s]

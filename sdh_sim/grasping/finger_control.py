@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from sdh_sim.robot import preshape_angles
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.hand import MOTOR_FINGER, preshape_angles
+from sdh_sim.robot.hand import MOTOR_FINGER
 
 CLOSING_RATE = 0.6  # closing ratio per second: about 50 deg/s, a quarter of the top speed
 STALL_SHARE = 0.2  # of its torque limit at which a motor counts as stopped by the object

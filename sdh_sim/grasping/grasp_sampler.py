@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sdh_sim.objects.facts import DEFAULT_SPREAD, Spread
-from sdh_sim.objects.object_info import ObjectInfo
+from sdh_sim.objects import DEFAULT_SPREAD, ObjectInfo, Spread
 from sdh_sim.robot.sdh2_constants import PRESHAPES
 
 OBJECT_POSITION = (0.56, 0.0)  # where the object stands on the table [m]

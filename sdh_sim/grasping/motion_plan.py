@@ -8,11 +8,10 @@ import mujoco
 import numpy as np
 
 from sdh_sim import poses
+from sdh_sim.cell import Scene
 from sdh_sim.cell.contacts import robot_touches
-from sdh_sim.cell.scene import Scene
 from sdh_sim.grasping.grasp_sampler import OBJECT_POSITION, STANDOFF, GraspPlan, sample_grasp
-from sdh_sim.robot.arm import arm_kinematics
-from sdh_sim.robot.hand import preshape_angles
+from sdh_sim.robot import arm_kinematics, preshape_angles
 
 LIFT_HEIGHT = 0.15  # [m]
 OPENINGS = (0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.0)  # closing ratios tried for the approach

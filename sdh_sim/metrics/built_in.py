@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 import graspq as gq
-from sdh_sim.sensing.perceived_grasp import PerceivedGrasp
+from sdh_sim.sensing import PerceivedGrasp
 
 EDGES = 12
 AUGMENT = "hf"

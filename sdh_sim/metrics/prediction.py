@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from sdh_sim.metrics.built_in import evaluate, task_scaling
-from sdh_sim.objects.object_info import ObjectInfo
-from sdh_sim.robot.hand import HandKinematics
-from sdh_sim.sensing.pad_contacts import PadContact
-from sdh_sim.sensing.perceived_grasp import PerceivedGrasp, perceive
-from sdh_sim.sensing.snapshot import TactileSnapshot
+from sdh_sim.objects import ObjectInfo
+from sdh_sim.robot import HandKinematics
+from sdh_sim.sensing import PadContact, PerceivedGrasp, TactileSnapshot, perceive
 
 NO_READING = "no pad reads a contact"
 

@@ -15,12 +15,10 @@ import numpy as np
 import pyarrow as pa
 
 from sdh_sim import records
-from sdh_sim.objects.catalogue import object_info
-from sdh_sim.objects.object_info import ObjectInfo
-from sdh_sim.records.parquet_files import columns_of
-from sdh_sim.robot.hand import MOTOR_NAMES, HandKinematics
-from sdh_sim.sensing.perceived_grasp import PerceivedGrasp, perceive
-from sdh_sim.sensing.snapshot import TactileSnapshot
+from sdh_sim.objects import ObjectInfo, object_info
+from sdh_sim.records import columns_of
+from sdh_sim.robot import MOTOR_NAMES, HandKinematics
+from sdh_sim.sensing import PerceivedGrasp, TactileSnapshot, perceive
 from sdh_sim.user_references import ObjectFolder
 
 _SNAPSHOT = (

@@ -22,8 +22,8 @@ from pathlib import Path
 from typing import Any, cast
 
 from sdh_sim.errors import SettingsError
-from sdh_sim.records.user_columns import METRIC_ERROR
-from sdh_sim.sensing.perceived_grasp import PerceivedGrasp
+from sdh_sim.records import METRIC_ERROR
+from sdh_sim.sensing import PerceivedGrasp
 from sdh_sim.user_references import UserMetric
 
 GROUP = "sdh_sim.metrics"  # of entry points

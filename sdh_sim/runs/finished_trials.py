@@ -14,10 +14,7 @@ import numpy as np
 import pyarrow as pa
 
 from sdh_sim.errors import RecordError, RunError, one_line
-from sdh_sim.records.parquet_files import write_groups
-from sdh_sim.records.rows import to_rows
-from sdh_sim.records.trial_row import FAILURES, TrialRow
-from sdh_sim.records.user_columns import added_columns
+from sdh_sim.records import FAILURES, TrialRow, added_columns, to_rows, write_groups
 from sdh_sim.runs.plan import RunPlan, trial_seed
 from sdh_sim.runs.shards import Index, Rows, ShardWriter, join, place
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from sdh_sim.atomic_files import write_atomic
 from sdh_sim.errors import RunError, SettingsError, one_line
-from sdh_sim.records.trial_row import TrialRow
+from sdh_sim.records import TrialRow
 from sdh_sim.runs.finished_trials import (
     FinishedTrials,
     TrialNumbers,

@@ -23,11 +23,17 @@ import pyarrow.parquet as pq
 
 from sdh_sim.atomic_files import write_atomic
 from sdh_sim.errors import RecordError
-from sdh_sim.records.column import Column
-from sdh_sim.records.parquet_files import ROW_GROUP, check_field, readable
-from sdh_sim.records.rows import table_of
-from sdh_sim.records.schema import SCHEMA, schema_of
-from sdh_sim.records.trial_row import COLUMNS, TrialRow
+from sdh_sim.records import (
+    COLUMNS,
+    ROW_GROUP,
+    SCHEMA,
+    Column,
+    TrialRow,
+    check_field,
+    readable,
+    schema_of,
+    table_of,
+)
 
 _CACHED_BLOCKS = 6  # of 3 MB; neighbours in the table mostly lie in two or three
 

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 import graspq as gq
-from sdh_sim.objects.object_info import ObjectInfo
-from sdh_sim.objects.surface import surface_of
+from sdh_sim.objects import ObjectInfo, surface_of
 from sdh_sim.poses import rotation_of
+from sdh_sim.robot import HandKinematics, live_mask, taxel_centres, torque_limits
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.hand import HandKinematics, torque_limits
-from sdh_sim.robot.pads import live_mask, taxel_centres
 from sdh_sim.sensing.snapshot import TactileSnapshot
 
 

@@ -6,10 +6,9 @@ import mujoco
 import numpy as np
 
 from sdh_sim import poses
+from sdh_sim.cell import Scene, Simulation
 from sdh_sim.cell.contacts import taxel_forces
-from sdh_sim.cell.scene import Scene
-from sdh_sim.cell.simulation import Simulation
-from sdh_sim.robot.pads import arrays
+from sdh_sim.robot import arrays
 from sdh_sim.sensing.snapshot import TactileSnapshot
 from sdh_sim.sensing.tactile_sensor import FRAME_RATE, TactileSensor
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from sdh_sim.robot import PAD_OFFSETS, TACTILE_SIZE, live_mask
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.pads import PAD_OFFSETS, TACTILE_SIZE, live_mask
 
 FRAME_RATE = 30.0  # frames per second of the real arrays
 TAXEL_AREA = c.TAXEL_PITCH**2  # [m^2]

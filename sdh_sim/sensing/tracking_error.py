@@ -7,7 +7,7 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from sdh_sim.objects.object_info import ObjectInfo
+from sdh_sim.objects import ObjectInfo
 from sdh_sim.poses import rotation_of
 from sdh_sim.sensing.snapshot import TactileSnapshot
 from sdh_sim.settings import TrialSettings

@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 
-from sdh_sim.cell.simulation import Simulation
-from sdh_sim.robot.arm import along, arm_kinematics
+from sdh_sim.cell import Simulation
+from sdh_sim.robot import along, arm_kinematics
 from sdh_sim.trial.outcome import Motion, watch
 
 TURN = math.radians(120)  # of the wrist, either way

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from sdh_sim.cell.simulation import Simulation
-from sdh_sim.grasping.motion_plan import MotionPlan
-from sdh_sim.robot.arm import along, arm_kinematics
+from sdh_sim.cell import Simulation
+from sdh_sim.grasping import MotionPlan
+from sdh_sim.robot import along, arm_kinematics
 from sdh_sim.trial.outcome import Motion, watch
 
 LIFT_TIME, HOLD_TIME = 1.5, 2.0  # [s]

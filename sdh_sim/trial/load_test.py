@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sdh_sim.cell.simulation import Simulation
+from sdh_sim.cell import Simulation
 from sdh_sim.poses import rotate
-from sdh_sim.sensing.perceived_grasp import GRAVITY
+from sdh_sim.sensing import GRAVITY
 from sdh_sim.trial import outcome
 
 # Motion in the hand since the start of a ramp that counts as giving way [mm, deg]. A grasp that

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sdh_sim import poses
-from sdh_sim.cell.simulation import Simulation
+from sdh_sim.cell import Simulation
 
 MAX_DISPLACEMENT_MM = 10.0
 MAX_ROTATION_DEG = 10.0

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from sdh_sim.analysis.proportion import Proportion
-from sdh_sim.cell.scene import Scene
-from sdh_sim.grasping.motion_plan import MotionPlan, try_grasp
+from sdh_sim.cell import Scene
+from sdh_sim.grasping import MotionPlan, try_grasp
 from sdh_sim.trial.trial import Trial
 
 DRAWS = 20  # infeasible copies are drawn again, at most so often

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sdh_sim.records.trial_row import TrialRow
+from sdh_sim.records import TrialRow
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial.repeats import repeat_trial
 from sdh_sim.trial.trial import Trial

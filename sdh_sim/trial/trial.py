@@ -7,19 +7,19 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from sdh_sim.cell.scene import Scene
-from sdh_sim.cell.scene_builder import scene_of
-from sdh_sim.cell.simulation import Observer, Simulation
+from sdh_sim.cell import Observer, Scene, Simulation, scene_of
 from sdh_sim.errors import Diverged
-from sdh_sim.grasping.acquire import acquire
-from sdh_sim.grasping.motion_plan import MotionPlan, place, plan_motion
-from sdh_sim.metrics import user_metrics
-from sdh_sim.metrics.prediction import Prediction, predict
-from sdh_sim.records.trial_row import TrialRow
-from sdh_sim.sensing.snapshot import TactileSnapshot
-from sdh_sim.sensing.tactile_frames import TactileFrames, take_snapshot
-from sdh_sim.sensing.tactile_sensor import PRESETS, TactileSensor
-from sdh_sim.sensing.tracking_error import add_tracking_error
+from sdh_sim.grasping import MotionPlan, acquire, place, plan_motion
+from sdh_sim.metrics import Prediction, predict, user_metrics
+from sdh_sim.records import TrialRow
+from sdh_sim.sensing import (
+    TactileFrames,
+    TactileSensor,
+    TactileSnapshot,
+    add_tracking_error,
+    take_snapshot,
+)
+from sdh_sim.sensing.tactile_sensor import PRESETS
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import load_test
 from sdh_sim.trial.disturbance import disturb

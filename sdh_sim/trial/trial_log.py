@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 import mujoco
 import numpy as np
 
+from sdh_sim.cell import Scene
 from sdh_sim.cell.contacts import forces_on_object, taxel_forces
-from sdh_sim.cell.scene import Scene
-from sdh_sim.metrics.prediction import Prediction
-from sdh_sim.records.trial_row import TrialRow
+from sdh_sim.metrics import Prediction
+from sdh_sim.records import TrialRow
 
 RATE = 30.0  # [Hz]
 

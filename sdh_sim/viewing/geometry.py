@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import rerun as rr
 
-from sdh_sim.cell.scene import Scene
+from sdh_sim.cell import Scene
 
 SHOWN_GROUPS = (0, 1, 2)  # MuJoCo's convention: collision shapes are in 3, taxels in 4
 OBJECT_ALPHA = 0.35  # transparent, so that arrows and pads behind the object show

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import rerun.blueprint as rrb
 
-from sdh_sim.robot.pads import PAD_NAMES
-from sdh_sim.trial.trial_log import TrialLog
+from sdh_sim.robot import PAD_NAMES
+from sdh_sim.trial import TrialLog
 from sdh_sim.viewing.style import FULL_SCALE, TIMELINE, WRENCH_SPACE
 
 EYE_DISTANCE = 0.44  # [m]

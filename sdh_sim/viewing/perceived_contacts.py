@@ -11,9 +11,9 @@ import trimesh
 
 import graspq as gq
 from graspq.contact import tangent_basis
-from sdh_sim.metrics.built_in import EDGES, hand_bound
-from sdh_sim.sensing.pad_contacts import PadContact
-from sdh_sim.sensing.perceived_grasp import PerceivedGrasp
+from sdh_sim.metrics import hand_bound
+from sdh_sim.metrics.built_in import EDGES
+from sdh_sim.sensing import PadContact, PerceivedGrasp
 from sdh_sim.viewing.style import LIMIT_SCALE
 from sdh_sim.viewing.wrench_space import weight_of
 

@@ -16,10 +16,9 @@ import rerun as rr
 
 from sdh_sim.atomic_files import write_atomic
 from sdh_sim.errors import RunError
+from sdh_sim.robot import MOTOR_NAMES, PAD_NAMES, arrays, live_mask, taxel_centres, torque_limits
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.hand import MOTOR_NAMES, torque_limits
-from sdh_sim.robot.pads import PAD_NAMES, arrays, live_mask, taxel_centres
-from sdh_sim.trial.trial_log import TrialLog
+from sdh_sim.trial import TrialLog
 from sdh_sim.viewing.geometry import body_path, log_geometry
 from sdh_sim.viewing.layout import blueprint
 from sdh_sim.viewing.perceived_contacts import least_effort_forces, log_contacts

@@ -12,7 +12,8 @@ from PIL import Image
 
 from sdh_sim.atomic_files import atomic_file
 from sdh_sim.errors import RenderError
-from sdh_sim.trial.trial_log import RATE, TrialLog
+from sdh_sim.trial import TrialLog
+from sdh_sim.trial.trial_log import RATE
 
 SIZE = (960, 720)
 AZIMUTH = 125.0  # [deg]

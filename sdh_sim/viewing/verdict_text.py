@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 import graspq as gq
-from sdh_sim.trial.trial_log import TrialLog
+from sdh_sim.trial import TrialLog
 from sdh_sim.viewing.style import FORCE_SCALE, LIMIT_SCALE
 
 

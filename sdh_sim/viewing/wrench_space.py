@@ -11,9 +11,8 @@ import rerun as rr
 import trimesh
 
 import graspq as gq
-from sdh_sim.metrics.built_in import wrench_sets
-from sdh_sim.metrics.prediction import Prediction
-from sdh_sim.sensing.perceived_grasp import PerceivedGrasp
+from sdh_sim.metrics import Prediction, wrench_sets
+from sdh_sim.sensing import PerceivedGrasp
 from sdh_sim.viewing.style import WRENCH_SPACE
 
 # Colours of the report's figures: L∞ blue, L1 orange; the outer one is transparent.

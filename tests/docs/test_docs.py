@@ -15,14 +15,12 @@ import typer.main
 import yaml
 
 from sdh_sim import __version__
-from sdh_sim.campaign.campaign import run_campaign
+from sdh_sim.campaign import run_campaign
 from sdh_sim.cli.app import app
-from sdh_sim.records.parquet_files import read_rows
-from sdh_sim.records.rows import normalise
-from sdh_sim.records.trial_row import COLUMNS, TrialRow
-from sdh_sim.runs.plan import RunPlan
+from sdh_sim.records import COLUMNS, TrialRow, normalise, read_rows
+from sdh_sim.runs import RunPlan
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.run_trial import run_trial
+from sdh_sim.trial import run_trial
 from tests.support.doc_blocks import blocks, words
 from tests.support.repository import ROOT
 

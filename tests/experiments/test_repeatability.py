@@ -11,7 +11,7 @@ from rich.console import Console
 from experiments import repeatability
 from experiments.repeatability import VARIANTS, Label, Pair
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.run_trial import run_trial
+from sdh_sim.trial import run_trial
 
 
 def shown(pairs: list[Pair]) -> list[list[str]]:

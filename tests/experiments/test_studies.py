@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from experiments import gallery, load_rates, repeatability, sensitivity, sensor_study
-from sdh_sim.objects.catalogue import object_info
-from sdh_sim.sensing.snapshot import TactileSnapshot
+from sdh_sim.objects import object_info
+from sdh_sim.sensing import TactileSnapshot
 from sdh_sim.trial.outcome import moved_between
 
 LIMITS = (1.6401, 1.0934)

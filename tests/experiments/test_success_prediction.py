@@ -22,12 +22,12 @@ from experiments.success_prediction.metric_grid import (
 from experiments.success_prediction.metric_scores import Candidate, assess, folds_and_outcomes
 from experiments.success_prediction.published import REFERENCE
 from sdh_sim.analysis.study import study_of
-from sdh_sim.metrics.built_in import MAX_VOLUME_CONTACTS, METRICS
-from sdh_sim.metrics.stored_grasps import grasp_of, read_stored
+from sdh_sim.metrics import METRICS, grasp_of, read_stored
+from sdh_sim.metrics.built_in import MAX_VOLUME_CONTACTS
 from sdh_sim.records import normalise, write_rows
-from sdh_sim.robot.hand import HandKinematics
+from sdh_sim.robot import HandKinematics
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.run_trial import run_trial
+from sdh_sim.trial import run_trial
 
 TRIALS = 24  # too few of either outcome to learn from: the baseline that learns is tested by itself
 

@@ -15,7 +15,7 @@ import numpy as np
 import trimesh
 
 from sdh_sim.errors import SettingsError
-from sdh_sim.objects.catalogue import user_object
+from sdh_sim.objects import user_object
 from tests.fuzz.frame import Target, main, mutated
 
 MEMORY = 6 << 30  # [bytes] of address space: a claim of more must be refused, not tried

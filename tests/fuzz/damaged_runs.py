@@ -15,9 +15,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from sdh_sim.errors import RecordError, RunError, SettingsError
-from sdh_sim.records.parquet_files import read_rows, read_table, write_rows
-from sdh_sim.records.rows import normalise
-from sdh_sim.runs.folder import RunFolder
+from sdh_sim.records import normalise, read_rows, read_table, write_rows
+from sdh_sim.runs import RunFolder
 from tests.fuzz.frame import Target, main, mutated
 from tests.support.trial_stand_ins import make_row, plan
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from sdh_sim.errors import RunError, SettingsError
-from sdh_sim.runs.folder import RunFolder
+from sdh_sim.runs import RunFolder
 from tests.fuzz.frame import run_driver
 from tests.support.trial_stand_ins import plan
 

@@ -10,9 +10,9 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from sdh_sim.records.rows import differing_columns, normalise
+from sdh_sim.records import differing_columns, normalise
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.run_trial import run_trial
+from sdh_sim.trial import run_trial
 
 
 def _cli(*words: str) -> subprocess.CompletedProcess[str]:

@@ -7,7 +7,7 @@ import sys
 import types
 from pathlib import Path
 
-from sdh_sim.campaign.campaign import run_campaign
+from sdh_sim.campaign import run_campaign
 from sdh_sim.cli import lift as cli_lift
 from sdh_sim.cli.app import main
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from sdh_sim.metrics.user_metrics import find_metrics
-from sdh_sim.records.user_columns import METRIC_ERROR
-from sdh_sim.runs.plan import RunPlan
+from sdh_sim.metrics import find_metrics
+from sdh_sim.records import METRIC_ERROR
+from sdh_sim.runs import RunPlan
 from sdh_sim.settings import TrialSettings
 from sdh_sim.user_references import UserMetric
 from tests.support import trial_stand_ins as stand_ins

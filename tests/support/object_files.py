@@ -9,8 +9,7 @@ import pytest
 import trimesh
 
 from sdh_sim.errors import ObjectError
-from sdh_sim.objects.catalogue import object_info, user_object
-from sdh_sim.objects.object_info import ObjectInfo
+from sdh_sim.objects import ObjectInfo, object_info, user_object
 from tests.support.repository import ROOT
 
 MUG = ROOT / "docs" / "examples" / "mug"

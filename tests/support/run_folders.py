@@ -5,9 +5,8 @@ from __future__ import annotations
 import subprocess
 from pathlib import Path
 
-from sdh_sim.records.parquet_files import read_rows, write_rows
-from sdh_sim.runs.folder import RunFolder
-from sdh_sim.runs.plan import RunPlan
+from sdh_sim.records import read_rows, write_rows
+from sdh_sim.runs import RunFolder, RunPlan
 from tests.support import trial_stand_ins as stand_ins
 
 

@@ -8,10 +8,9 @@ import dataclasses
 import mujoco
 import numpy as np
 
-from sdh_sim.cell.scene import Scene
+from sdh_sim.cell import Scene
+from sdh_sim.robot import HAND, MOTOR_NAMES, PAD_OFFSETS
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.hand import HAND, MOTOR_NAMES
-from sdh_sim.robot.pads import PAD_OFFSETS
 
 # Arm posture that holds the hand level, well over the table [rad].
 ARM_POSTURE = np.array([0.0, -0.3, 0.0, 0.0, 0.3, 0.0])

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from sdh_sim.records.trial_row import FAILURES
-from sdh_sim.runs.plan import RunPlan
+from sdh_sim.records import FAILURES
+from sdh_sim.runs import RunPlan
 from sdh_sim.settings import TrialSettings
 
 OBJECTS = ("box", "oval_bottle")

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from sdh_sim.campaign.campaign import run_campaign
+from sdh_sim.campaign import run_campaign
 from tests.support import trial_stand_ins as stand_ins
 from tests.support.repository import ROOT
 from tests.support.trial_stand_ins import plan

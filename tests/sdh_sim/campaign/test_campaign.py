@@ -12,11 +12,11 @@ import types
 import numpy as np
 import pytest
 
-from sdh_sim.campaign.campaign import run_campaign
+from sdh_sim.campaign import run_campaign
 from sdh_sim.campaign.jobs import TrialTask
 from sdh_sim.errors import RunError
-from sdh_sim.records.parquet_files import read_rows
-from sdh_sim.runs.folder import RunFolder
+from sdh_sim.records import read_rows
+from sdh_sim.runs import RunFolder
 from tests.support import trial_stand_ins as stand_ins
 from tests.support.repository import ROOT
 from tests.support.run_folders import lines, table_bytes

@@ -18,12 +18,11 @@ from typing import Any
 
 import pytest
 
-from sdh_sim.campaign.campaign import run_campaign
+from sdh_sim.campaign import run_campaign
 from sdh_sim.campaign.dask_cluster import DaskExecutor
 from sdh_sim.campaign.jobs import JobResult, TrialTask
 from sdh_sim.errors import CampaignError, SettingsError, WorkerDied
-from sdh_sim.runs.environment import versions
-from sdh_sim.runs.folder import RunFolder
+from sdh_sim.runs import RunFolder, versions
 from tests.support import trial_stand_ins as stand_ins
 from tests.support.repository import ROOT
 from tests.support.run_folders import table_bytes

@@ -6,10 +6,9 @@ import json
 
 import pytest
 
-from sdh_sim.campaign.campaign import run_campaign
+from sdh_sim.campaign import run_campaign
 from sdh_sim.errors import CampaignError
-from sdh_sim.records.parquet_files import read_rows
-from sdh_sim.records.rows import differing_columns
+from sdh_sim.records import differing_columns, read_rows
 from tests.support import trial_stand_ins as stand_ins
 from tests.support.run_folders import table_bytes
 from tests.support.trial_stand_ins import plan

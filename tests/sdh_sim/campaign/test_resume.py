@@ -6,10 +6,10 @@ import json
 
 import pytest
 
-from sdh_sim.campaign.campaign import run_campaign
+from sdh_sim.campaign import run_campaign
 from sdh_sim.errors import RunError, SettingsError
-from sdh_sim.records.parquet_files import read_rows, write_rows
-from sdh_sim.runs.folder import RunFolder
+from sdh_sim.records import read_rows, write_rows
+from sdh_sim.runs import RunFolder
 from tests.support import trial_stand_ins as stand_ins
 from tests.support.run_folders import drop_rows, table_bytes, write_finished_run
 from tests.support.trial_stand_ins import plan

@@ -6,12 +6,10 @@ import mujoco
 import numpy as np
 import pytest
 
+from sdh_sim.cell import Scene, build_scene
 from sdh_sim.cell.contacts import taxel_forces
-from sdh_sim.cell.scene import Scene
-from sdh_sim.cell.scene_builder import build_scene
+from sdh_sim.robot import MOTOR_NAMES, PAD_OFFSETS, HandKinematics, arrays
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.hand import MOTOR_NAMES, HandKinematics
-from sdh_sim.robot.pads import PAD_OFFSETS, arrays
 from sdh_sim.settings import TrialSettings
 from tests.support import taxel_press as sdh_press
 

@@ -8,15 +8,14 @@ import mujoco
 import numpy as np
 import pytest
 
-from sdh_sim.cell.scene import ARM_GEOM, HAND_GEOM, OBJECT_GEOM, TABLE_GEOM, Scene
-from sdh_sim.cell.scene_builder import build_scene, taxel_stiffness
+from sdh_sim.cell import ARM_GEOM, HAND_GEOM, OBJECT_GEOM, TABLE_GEOM, Scene, build_scene
+from sdh_sim.cell.scene_builder import taxel_stiffness
 from sdh_sim.errors import SettingsError
-from sdh_sim.grasping.motion_plan import place, plan_motion
+from sdh_sim.grasping import place, plan_motion
 from sdh_sim.model_files import models_dir
-from sdh_sim.objects.catalogue import object_info, object_names
+from sdh_sim.objects import object_info, object_names
+from sdh_sim.robot import MOTOR_NAMES, PAD_OFFSETS, TACTILE_SIZE
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.hand import MOTOR_NAMES
-from sdh_sim.robot.pads import PAD_OFFSETS, TACTILE_SIZE
 from sdh_sim.setting_table import settings_of
 from sdh_sim.settings import TrialSettings
 from tests.support import taxel_press as sdh_press

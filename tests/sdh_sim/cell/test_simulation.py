@@ -6,9 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from sdh_sim.cell.scene import Scene
-from sdh_sim.cell.scene_builder import build_scene
-from sdh_sim.cell.simulation import Simulation
+from sdh_sim.cell import Scene, Simulation, build_scene
 from sdh_sim.errors import Diverged
 from sdh_sim.settings import TrialSettings
 

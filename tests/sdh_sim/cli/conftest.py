@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from sdh_sim.campaign.campaign import run_campaign
-from sdh_sim.runs.plan import RunPlan
+from sdh_sim.campaign import run_campaign
+from sdh_sim.runs import RunPlan
 from sdh_sim.settings import TrialSettings
 from tests.support import trial_stand_ins as stand_ins
 from tests.support.command_line import use_trial

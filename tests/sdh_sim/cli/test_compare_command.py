@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from sdh_sim.cli.app import main
-from sdh_sim.records.parquet_files import read_rows, write_rows
+from sdh_sim.records import read_rows, write_rows
 from sdh_sim.runs.shards import ShardWriter
 from tests.support.command_line import fails
 from tests.support.repository import ROOT

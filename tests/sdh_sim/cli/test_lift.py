@@ -13,9 +13,8 @@ from pathlib import Path
 
 from sdh_sim.campaign import paper_preset
 from sdh_sim.cli.app import main
-from sdh_sim.records.parquet_files import read_rows
-from sdh_sim.runs.folder import RunFolder
-from sdh_sim.runs.plan import RunPlan
+from sdh_sim.records import read_rows
+from sdh_sim.runs import RunFolder, RunPlan
 from sdh_sim.settings import TrialSettings
 from tests.support import trial_stand_ins as stand_ins
 from tests.support.command_line import LIFT, use_trial

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from sdh_sim.cli.app import main
-from sdh_sim.records.parquet_files import read_rows
+from sdh_sim.records import read_rows
 from tests.support.command_line import LIFT, fails
 
 

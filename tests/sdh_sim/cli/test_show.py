@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from sdh_sim.cli.app import main
-from sdh_sim.records.parquet_files import read_rows, write_rows
+from sdh_sim.records import read_rows, write_rows
 from tests.support import trial_stand_ins as stand_ins
 from tests.support.command_line import fails, use_trial
 

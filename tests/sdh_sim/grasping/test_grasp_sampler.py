@@ -8,10 +8,9 @@ import math
 import numpy as np
 import pytest
 
+from sdh_sim.grasping import GraspPlan, sample_grasp
 from sdh_sim.grasping import grasp_sampler as grasps
-from sdh_sim.grasping.grasp_sampler import GraspPlan, sample_grasp
-from sdh_sim.objects.catalogue import object_info, object_names
-from sdh_sim.objects.object_info import ObjectInfo, Spread
+from sdh_sim.objects import ObjectInfo, Spread, object_info, object_names
 from sdh_sim.robot.sdh2_constants import PRESHAPES
 
 

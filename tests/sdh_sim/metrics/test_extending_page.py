@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow.parquet as pq
 
 from sdh_sim.cli.app import main
-from sdh_sim.records.trial_row import FAILURES
+from sdh_sim.records import FAILURES
 from tests.support.metric_files import EXAMPLE
 from tests.support.repository import ROOT
 

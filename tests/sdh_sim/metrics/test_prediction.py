@@ -8,12 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sdh_sim.metrics.prediction import NO_READING, predict
-from sdh_sim.objects.catalogue import object_info, user_object
-from sdh_sim.objects.object_info import ObjectInfo
-from sdh_sim.robot.hand import HandKinematics
+from sdh_sim.metrics import NO_READING, predict
+from sdh_sim.objects import ObjectInfo, object_info, user_object
+from sdh_sim.robot import HandKinematics
+from sdh_sim.sensing import TactileSnapshot
 from sdh_sim.sensing import perceived_grasp as perception
-from sdh_sim.sensing.snapshot import TactileSnapshot
 
 LIMIT = (1.6401, 1.0934)
 FINGER1, FINGER2, THUMB = range(3)

@@ -9,11 +9,10 @@ import pyarrow.parquet as pq
 import pytest
 
 from sdh_sim import records
-from sdh_sim.metrics.built_in import METRICS, evaluate
-from sdh_sim.metrics.stored_grasps import grasp_of, object_of, read_stored, snapshot_of
-from sdh_sim.robot.hand import HandKinematics
+from sdh_sim.metrics import METRICS, evaluate, grasp_of, object_of, read_stored, snapshot_of
+from sdh_sim.robot import HandKinematics
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.run_trial import run_trial
+from sdh_sim.trial import run_trial
 
 CHEAP = {name: METRICS[name] for name in ("q_linf", "q_l1", "q_capability", "q_held")}
 

@@ -15,14 +15,12 @@ from sdh_sim import records
 from sdh_sim.analysis import comparison as compare
 from sdh_sim.analysis.study import read_study
 from sdh_sim.analysis.trial_tables import user_metrics as stated
-from sdh_sim.campaign.campaign import run_campaign
+from sdh_sim.campaign import run_campaign
 from sdh_sim.cli import lift as cli_lift
 from sdh_sim.cli.app import main
 from sdh_sim.errors import RunError
-from sdh_sim.records.trial_row import FAILURES
-from sdh_sim.records.user_columns import METRIC_ERROR, added_columns
-from sdh_sim.runs.folder import RunFolder
-from sdh_sim.runs.plan import RunPlan
+from sdh_sim.records import FAILURES, METRIC_ERROR, added_columns
+from sdh_sim.runs import RunFolder, RunPlan
 from sdh_sim.settings import TrialSettings
 from sdh_sim.user_references import UserMetric
 from tests.support import trial_stand_ins as stand_ins

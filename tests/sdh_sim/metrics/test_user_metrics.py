@@ -13,14 +13,12 @@ import numpy as np
 import pytest
 
 from sdh_sim.errors import SettingsError
-from sdh_sim.metrics.prediction import predict
-from sdh_sim.metrics.user_metrics import evaluate, find_metrics, load_metric
-from sdh_sim.objects.catalogue import object_info
-from sdh_sim.records.user_columns import METRIC_ERROR
-from sdh_sim.robot.hand import HandKinematics
-from sdh_sim.runs.plan import RunPlan
-from sdh_sim.sensing.perceived_grasp import PerceivedGrasp, perceive
-from sdh_sim.sensing.snapshot import TactileSnapshot
+from sdh_sim.metrics import evaluate, find_metrics, load_metric, predict
+from sdh_sim.objects import object_info
+from sdh_sim.records import METRIC_ERROR
+from sdh_sim.robot import HandKinematics
+from sdh_sim.runs import RunPlan
+from sdh_sim.sensing import PerceivedGrasp, TactileSnapshot, perceive
 from sdh_sim.settings import TrialSettings
 from sdh_sim.user_references import UserMetric, plain
 from tests.support.metric_files import EXAMPLE, SOURCE, find, metric_file

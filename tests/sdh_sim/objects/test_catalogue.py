@@ -9,14 +9,14 @@ import pytest
 
 from sdh_sim.errors import SettingsError
 from sdh_sim.model_files import models_dir
-from sdh_sim.objects.catalogue import (
+from sdh_sim.objects import (
+    ObjectInfo,
     find_objects,
     object_info,
     object_names,
     object_spec,
     user_object,
 )
-from sdh_sim.objects.object_info import ObjectInfo
 from tests.support.object_files import FACTS, MUG, block, info_of, object_folder
 
 

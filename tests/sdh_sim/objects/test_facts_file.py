@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sdh_sim.objects.facts import DEFAULT_SPREAD, Spread
+from sdh_sim.objects import DEFAULT_SPREAD, Spread
 from tests.support.object_files import FACTS, block, info_of, object_folder, refusal
 
 

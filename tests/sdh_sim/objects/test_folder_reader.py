@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from sdh_sim.objects.catalogue import user_object
+from sdh_sim.objects import user_object
 from tests.support.object_files import FACTS, block, object_folder, refusal
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from sdh_sim.objects.catalogue import user_object
+from sdh_sim.objects import user_object
 from tests.support.object_files import (
     BLOCK_INERTIA,
     FACTS,

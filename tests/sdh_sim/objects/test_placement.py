@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from sdh_sim.objects.catalogue import object_info, user_object
+from sdh_sim.objects import object_info, user_object
 from tests.support.object_files import FACTS, A, B, C, block, object_folder, refusal
 
 

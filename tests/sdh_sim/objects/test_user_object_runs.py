@@ -10,18 +10,15 @@ import numpy as np
 import pytest
 
 from sdh_sim import records
-from sdh_sim.campaign.campaign import run_campaign
-from sdh_sim.cell.scene import OBJECT_GEOM
-from sdh_sim.cell.scene_builder import build_scene
+from sdh_sim.campaign import run_campaign
+from sdh_sim.cell import OBJECT_GEOM, build_scene
 from sdh_sim.cli.app import main
 from sdh_sim.errors import SettingsError
-from sdh_sim.grasping.grasp_sampler import sample_grasp
-from sdh_sim.metrics.built_in import evaluate
-from sdh_sim.metrics.stored_grasps import grasp_of
-from sdh_sim.objects.catalogue import user_object
-from sdh_sim.robot.hand import HandKinematics
-from sdh_sim.runs.folder import RunFolder
-from sdh_sim.runs.plan import RunPlan
+from sdh_sim.grasping import sample_grasp
+from sdh_sim.metrics import evaluate, grasp_of
+from sdh_sim.objects import user_object
+from sdh_sim.robot import HandKinematics
+from sdh_sim.runs import RunFolder, RunPlan
 from sdh_sim.settings import TrialSettings
 from sdh_sim.user_references import ObjectFolder
 from tests.support.object_files import FACTS, MUG, block, info_of, object_folder

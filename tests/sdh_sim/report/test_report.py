@@ -19,7 +19,7 @@ from sdh_sim.analysis.study import read_study
 from sdh_sim.cli.app import main
 from sdh_sim.metrics import built_in as metrics
 from sdh_sim.records import write_rows
-from sdh_sim.report.report import write_report
+from sdh_sim.report import write_report
 
 FEW = 50
 

@@ -17,8 +17,7 @@ import numpy as np
 import pytest
 
 from sdh_sim.model_files import models_dir
-from sdh_sim.robot import hand, pads
-from sdh_sim.robot.hand import HandKinematics
+from sdh_sim.robot import HandKinematics, hand, pads
 
 # Motors: spread, finger 2 proximal and distal, thumb the same, finger 1 the same [deg]; the
 # body; its origin in the palm frame [mm]; its x and z axes. sin 30 = cos 60 = .5,

@@ -6,7 +6,7 @@ import importlib.metadata
 import tomllib
 
 from sdh_sim._version import __version__
-from sdh_sim.runs.environment import versions
+from sdh_sim.runs import versions
 from tests.support.repository import ROOT
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sdh_sim.errors import SettingsError
-from sdh_sim.runs.plan import trial_seed
+from sdh_sim.runs import trial_seed
 from tests.support.trial_stand_ins import plan
 
 

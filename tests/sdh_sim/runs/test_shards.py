@@ -10,9 +10,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from sdh_sim.errors import RunError
-from sdh_sim.records import TrialRow, normalise
-from sdh_sim.records.parquet_files import ROW_GROUP, read_rows, write_rows
-from sdh_sim.runs.folder import RunFolder
+from sdh_sim.records import ROW_GROUP, TrialRow, normalise, read_rows, write_rows
+from sdh_sim.runs import RunFolder
 from sdh_sim.runs.shards import read_shard, shard_files
 from tests.support.repository import ROOT
 from tests.support.trial_stand_ins import make_row, plan

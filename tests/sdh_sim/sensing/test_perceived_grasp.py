@@ -8,12 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sdh_sim.objects.catalogue import object_info
-from sdh_sim.objects.object_info import ObjectInfo
-from sdh_sim.robot.hand import HandKinematics, torque_limits
-from sdh_sim.sensing.pad_contacts import PadContact, pad_contacts
-from sdh_sim.sensing.perceived_grasp import gravity_task, perceive
-from sdh_sim.sensing.snapshot import TactileSnapshot
+from sdh_sim.objects import ObjectInfo, object_info
+from sdh_sim.robot import HandKinematics, torque_limits
+from sdh_sim.sensing import PadContact, TactileSnapshot, pad_contacts, perceive
+from sdh_sim.sensing.perceived_grasp import gravity_task
 
 LIMIT = (1.6401, 1.0934)
 UPRIGHT = np.array([0, 0, 0, 1.0, 0, 0, 0])

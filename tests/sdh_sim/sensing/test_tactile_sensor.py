@@ -8,15 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sdh_sim.robot.pads import PAD_OFFSETS, arrays, live_mask
-from sdh_sim.sensing.tactile_sensor import (
-    FRAME_RATE,
-    PRESETS,
-    TAXEL_AREA,
-    SensorModel,
-    TactileSensor,
-    spread_pressure,
-)
+from sdh_sim.robot import PAD_OFFSETS, arrays, live_mask
+from sdh_sim.sensing import SensorModel, TactileSensor
+from sdh_sim.sensing.tactile_sensor import FRAME_RATE, PRESETS, TAXEL_AREA, spread_pressure
 
 DSA = SensorModel()  # the preset
 STATIC = SensorModel(crosstalk=0.0, creep_share=0.0, noise=0.0, gain_spread=0.0)

@@ -8,18 +8,20 @@ import mujoco
 import numpy as np
 import pytest
 
-from sdh_sim.cell.scene import HAND_GEOM, OBJECT_GEOM
-from sdh_sim.cell.simulation import Simulation
-from sdh_sim.metrics.built_in import METRICS, evaluate
-from sdh_sim.objects.catalogue import object_info
-from sdh_sim.objects.object_info import ObjectInfo
-from sdh_sim.robot.hand import HAND, HandKinematics, torque_limits
-from sdh_sim.sensing.perceived_grasp import PerceivedGrasp, perceive
-from sdh_sim.sensing.snapshot import TactileSnapshot
-from sdh_sim.sensing.tactile_frames import take_snapshot
-from sdh_sim.sensing.unsensed_contacts import TOUCHING, unsensed_contacts
+from sdh_sim.cell import HAND_GEOM, OBJECT_GEOM, Simulation
+from sdh_sim.metrics import METRICS, evaluate
+from sdh_sim.objects import ObjectInfo, object_info
+from sdh_sim.robot import HAND, HandKinematics, torque_limits
+from sdh_sim.sensing import (
+    PerceivedGrasp,
+    TactileSnapshot,
+    perceive,
+    take_snapshot,
+    unsensed_contacts,
+)
+from sdh_sim.sensing.unsensed_contacts import TOUCHING
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.trial import Trial
+from sdh_sim.trial import Trial
 
 LIMIT = (1.6401, 1.0934)
 OPEN = np.array([0.0, -1.5, 0.0, -1.5, 0.0, -1.5, 0.0])  # fingers bent outwards, out of the way

@@ -8,15 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sdh_sim.cell.scene_builder import build_scene
-from sdh_sim.cell.simulation import Simulation
-from sdh_sim.objects.catalogue import object_info
-from sdh_sim.sensing.snapshot import TactileSnapshot
-from sdh_sim.sensing.tracking_error import add_tracking_error
+from sdh_sim.cell import Simulation, build_scene
+from sdh_sim.objects import object_info
+from sdh_sim.sensing import TactileSnapshot, add_tracking_error
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial import disturbance
+from sdh_sim.trial import disturbance, run_trial
 from sdh_sim.trial.outcome import moved_between
-from sdh_sim.trial.run_trial import run_trial
 
 BOTTLE = TrialSettings("cylindrical_bottle")
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sdh_sim.cell.scene_builder import build_scene
+from sdh_sim.cell import build_scene
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import Trial, classify, load_test, run_trial
 

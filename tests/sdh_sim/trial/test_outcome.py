@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from sdh_sim.trial.outcome import Motion, classify, moved_between
+from sdh_sim.trial import Motion, classify
+from sdh_sim.trial.outcome import moved_between
 
 NO_COM = np.zeros(3)
 HOME = np.array([0.1, -0.2, 0.3, 1.0, 0, 0, 0])

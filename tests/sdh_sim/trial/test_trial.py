@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 
 from sdh_sim import records
-from sdh_sim.cell.scene import HAND_GEOM, OBJECT_GEOM, Scene
-from sdh_sim.cell.scene_builder import build_scene
+from sdh_sim.cell import HAND_GEOM, OBJECT_GEOM, Scene, build_scene
 from sdh_sim.grasping import GraspPlan, MotionPlan, try_grasp
-from sdh_sim.objects.catalogue import object_info
+from sdh_sim.objects import object_info
 from sdh_sim.records import TrialRow
-from sdh_sim.robot.hand import HandKinematics, preshape_angles
+from sdh_sim.robot import HandKinematics, preshape_angles
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import Trial, TrialResult, run_trial
 

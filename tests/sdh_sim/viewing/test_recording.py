@@ -15,11 +15,9 @@ from rerun.chunk import RrdReader
 from scipy.spatial import ConvexHull
 
 from sdh_sim.errors import RunError
-from sdh_sim.robot.hand import MOTOR_NAMES, torque_limits
-from sdh_sim.robot.pads import PAD_NAMES, PAD_OFFSETS, live_mask
+from sdh_sim.robot import MOTOR_NAMES, PAD_NAMES, PAD_OFFSETS, live_mask, torque_limits
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.run_trial import run_trial
-from sdh_sim.trial.trial_log import TrialLog
+from sdh_sim.trial import TrialLog, run_trial
 from sdh_sim.viewing.layout import blueprint
 from sdh_sim.viewing.perceived_contacts import least_effort_forces
 from sdh_sim.viewing.recording import recording_id, spawn_viewer, write_recording, write_recordings
