@@ -2,9 +2,9 @@
 
 import warnings
 
-from sdh_sim.metrics import evaluate, find_metrics, load_metric
+from sdh_sim.metrics import find_metrics
 
-__all__ = ["evaluate", "find_metrics", "load_metric"]
+__all__ = ["find_metrics"]
 
 warnings.warn(
     "sdh_sim.user_metrics is now sdh_sim.metrics; import from there",

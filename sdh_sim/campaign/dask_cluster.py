@@ -22,7 +22,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from sdh_sim.campaign.jobs import JobResult, TrialTask
+from sdh_sim.campaign.job_result import JobResult
+from sdh_sim.campaign.jobs import TrialTask
 from sdh_sim.campaign.local_processes import ProcessExecutor
 from sdh_sim.campaign.stop_signals import interrupts_held
 from sdh_sim.errors import SettingsError, WorkerDied

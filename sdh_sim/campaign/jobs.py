@@ -12,38 +12,14 @@ from collections.abc import Callable, Generator, Iterable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-import numpy as np
-
+from sdh_sim.campaign.job_result import JobResult
 from sdh_sim.errors import RecordError, SettingsError
-from sdh_sim.records import TrialRow, normalise
+from sdh_sim.records import normalise
 from sdh_sim.runs import Job, RunFolder, versions
 from sdh_sim.settings import TrialSettings
 
 TrialFunction = Callable[[TrialSettings, int, bool], Any]
 _POLL = 1.0  # [s] how soon workers that join are noticed
-
-
-@dataclass(frozen=True)
-class JobResult:
-    """What comes back of a job: a row, or the reason why there is none.
-
-    Attributes:
-        row: the finished row, or None.
-        wall_seconds: time the trial took [s].
-        diverged: state by name where the simulation diverged, else None.
-        error: one line on what went wrong. Text, because an exception that cannot be unpickled
-            would take the worker down.
-        details: traceback, or what is known of a dead process.
-        refused: it is not the trial's fault (a file could not be written, other versions): the run
-            has to stop.
-    """
-
-    row: TrialRow | None
-    wall_seconds: float = 0.0
-    diverged: dict[str, np.ndarray] | None = None
-    error: str = ""
-    details: str = ""
-    refused: bool = False
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from multiprocessing import connection
 from multiprocessing.connection import Connection
 from typing import Any
 
-from sdh_sim.campaign.jobs import JobResult
+from sdh_sim.campaign.job_result import JobResult
 from sdh_sim.campaign.stop_signals import interrupts_held
 from sdh_sim.errors import WorkerDied
 from sdh_sim.runs import Job

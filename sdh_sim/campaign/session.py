@@ -10,7 +10,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any
 
-from sdh_sim.campaign.jobs import JobResult
+from sdh_sim.campaign.job_result import JobResult
 from sdh_sim.campaign.stop_signals import Stopped
 from sdh_sim.errors import CampaignError, Interrupted, WorkerDied
 from sdh_sim.records import TrialRow, normalise

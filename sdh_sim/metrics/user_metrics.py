@@ -60,7 +60,7 @@ def find_metrics(asked: Sequence[str], known: Sequence[UserMetric] = ()) -> tupl
     return tuple(sorted(found, key=lambda m: m.name))
 
 
-def evaluate(grasp: PerceivedGrasp, metrics: Iterable[UserMetric]) -> dict[str, Any]:
+def evaluate_user_metrics(grasp: PerceivedGrasp, metrics: Iterable[UserMetric]) -> dict[str, Any]:
     """The columns that users' metrics add to a row.
 
     Each metric gets a copy of the grasp. The value of one that raises, or gives no number, is NaN,

@@ -15,7 +15,6 @@ import numpy as np
 import pyarrow as pa
 
 from sdh_sim.records.column import Column
-from sdh_sim.records.user_columns import is_added
 
 FAILURES = ("none", "no_contact", "dropped", "slipped", "rotated", "unstable_simulation", "error")
 """How a trial ended. ``none`` is a success. ``unstable_simulation`` (the simulation diverged) and
@@ -45,7 +44,7 @@ class TrialRow(MutableMapping[str, Any]):
     behind them. ``COLUMNS`` tells type, unit, shape and meaning of each field.
 
     Attributes:
-        user_columns: values of users' metrics by column name.
+        user_columns: values of users' metrics by column name; ``normalise`` refuses other names.
     """
 
     trial: int | None = _column(_INT, "", "number of the trial in its run", required=True)
@@ -182,10 +181,8 @@ class TrialRow(MutableMapping[str, Any]):
     def __setitem__(self, name: str, value: Any) -> None:
         if name in _NAMES:
             setattr(self, name, value)
-        elif is_added(name):
-            self.user_columns[name] = value
         else:
-            raise KeyError(name)
+            self.user_columns[name] = value
 
     def __delitem__(self, name: str) -> None:
         if name in _NAMES:

@@ -111,7 +111,7 @@ class Trial:
         row.perceived_mass_kg, row.perceived_friction = known.mass_kg, known.friction
         self.prediction = predict(seen, known, settings.torque_limit, settings.pads)
         row.update(self.prediction.values)
-        row.update(user_metrics.evaluate(self.prediction.grasp, settings.metrics))
+        row.update(user_metrics.evaluate_user_metrics(self.prediction.grasp, settings.metrics))
         row.q_reason = self.prediction.reason
         row.contacts = len(self.prediction.contacts)
         return snapshot

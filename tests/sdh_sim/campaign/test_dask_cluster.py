@@ -20,7 +20,8 @@ import pytest
 
 from sdh_sim.campaign import run_campaign
 from sdh_sim.campaign.dask_cluster import DaskExecutor
-from sdh_sim.campaign.jobs import JobResult, TrialTask
+from sdh_sim.campaign.job_result import JobResult
+from sdh_sim.campaign.jobs import TrialTask
 from sdh_sim.errors import CampaignError, SettingsError, WorkerDied
 from sdh_sim.runs import RunFolder, versions
 from tests.support import trial_stand_ins as stand_ins

@@ -163,8 +163,8 @@ def test_friction_of_pads_and_structure_is_the_objects(scenes, name):
     assert scene.model.geom_friction[solid, 0] == pytest.approx(np.full(solid.sum(), mu))
     # MuJoCo takes the larger of two frictions, of equal priority.
     assert scene.model.geom_friction[scene.table, 0] <= mu
-    thing = (scene.geom_group == OBJECT_GEOM) & (scene.model.geom_contype > 0)
-    assert scene.model.geom_friction[thing, 0] == pytest.approx(np.full(thing.sum(), mu))
+    obj = (scene.geom_group == OBJECT_GEOM) & (scene.model.geom_contype > 0)
+    assert scene.model.geom_friction[obj, 0] == pytest.approx(np.full(obj.sum(), mu))
 
 
 @pytest.mark.parametrize("name", object_names())

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from sdh_sim.errors import SettingsError
-from sdh_sim.metrics import evaluate, find_metrics, load_metric, predict
+from sdh_sim.metrics import find_metrics, load_metric, predict
+from sdh_sim.metrics.user_metrics import evaluate_user_metrics
 from sdh_sim.objects import object_info
 from sdh_sim.records import METRIC_ERROR
 from sdh_sim.robot import HandKinematics
@@ -47,13 +48,13 @@ def test_a_value_is_the_function_of_the_grasp(file, grasp):
     metrics = find(file, "thumb", "made", "infinite")
     assert [m.name for m in metrics] == ["infinite", "made", "thumb"]
     assert [m.threshold for m in metrics] == [None, 0.25, 3.0]
-    assert evaluate(grasp, metrics) == {
+    assert evaluate_user_metrics(grasp, metrics) == {
         "metric_infinite": math.inf,
         "metric_made": 2.0,
         "metric_thumb": pytest.approx(grasp.snapshot.distal[2].sum()),
         METRIC_ERROR: "",
     }
-    assert evaluate(grasp, ()) == {}
+    assert evaluate_user_metrics(grasp, ()) == {}
 
 
 def test_a_metric_sees_what_the_built_in_ones_see(grasp, monkeypatch):
@@ -62,10 +63,10 @@ def test_a_metric_sees_what_the_built_in_ones_see(grasp, monkeypatch):
     prediction = predict(snapshot, obj, (1.6, 1.1), "all", HandKinematics())
     assert len(prediction.contacts) == 3
     normals = np.array([pad.contact.normal for pad in prediction.contacts])
-    values = evaluate(prediction.grasp, find_metrics([f"{EXAMPLE}:opposition"]))
+    values = evaluate_user_metrics(prediction.grasp, find_metrics([f"{EXAMPLE}:opposition"]))
     wanted = 1 - np.linalg.norm(normals.sum(axis=0)) / 3
     assert values["metric_opposition"] == pytest.approx(wanted)
-    values = evaluate(prediction.grasp, find_metrics([f"{EXAMPLE}:contact_area"]))
+    values = evaluate_user_metrics(prediction.grasp, find_metrics([f"{EXAMPLE}:contact_area"]))
     assert values["metric_contact_area"] == pytest.approx(3 * 13 * 6 * 0.34**2)
 
 
@@ -79,7 +80,7 @@ def test_a_metric_sees_what_the_built_in_ones_see(grasp, monkeypatch):
     ],
 )
 def test_a_fault_is_nan_and_said(file, grasp, name, why):
-    row = evaluate(grasp, find(file, name, "thumb"))
+    row = evaluate_user_metrics(grasp, find(file, name, "thumb"))
     assert math.isnan(row[f"metric_{name}"])
     assert row["metric_thumb"] > 0.0
     assert row[METRIC_ERROR].startswith(why)
@@ -88,7 +89,7 @@ def test_a_fault_is_nan_and_said(file, grasp, name, why):
 
 def test_a_metric_cannot_spoil_the_row_or_its_neighbours(file, grasp):
     before = copy.deepcopy(grasp)
-    row = evaluate(grasp, find(file, "spoils", "thumb"))
+    row = evaluate_user_metrics(grasp, find(file, "spoils", "thumb"))
     assert row["metric_thumb"] == pytest.approx(before.snapshot.distal[2].sum())
     assert np.array_equal(grasp.snapshot.distal, before.snapshot.distal)
     assert np.array_equal(grasp.torque_limits, before.torque_limits)
@@ -169,7 +170,7 @@ def test_settings_and_plans_keep_metrics_but_not_the_leave_to_run_them(file, gra
     assert again.job(0).settings.metrics == metrics
     assert load_metric(metrics[0])
     with pytest.raises(SettingsError, match="is known from a file alone; name its code"):
-        evaluate(grasp, again.settings.metrics)
+        evaluate_user_metrics(grasp, again.settings.metrics)
     with pytest.raises(SettingsError, match=r"name the code yourself with .*mine\.py:raise"):
         find_metrics([f"{file}:thumb"], again.settings.metrics)
     for wrong in (None, 1, "x", [1], [{"name": "x"}], [plain(metrics[0]) | {"sha256": "x"}]):

@@ -144,7 +144,7 @@ def test_gains_spread_but_belong_to_the_hand():
     assert np.std(first) / np.mean(first) == pytest.approx(0.05, rel=0.15)
 
 
-def test_dead_cells_read_nothing():
+def test_dead_taxels_read_nothing():
     model = replace(STATIC, dead_share=0.2)
     values = reading(model, np.full(486, 30e3 * TAXEL_AREA))
     assert np.mean(values == 0) == pytest.approx(0.2, abs=0.06)
