@@ -1,6 +1,7 @@
 """The tactile arrays, the snapshot of the hand, and what it tells of the contacts."""
 
-from sdh_sim.sensing.pad_contacts import PadContact, pad_contacts
+from sdh_sim.sensing.pad_contact import PadContact
+from sdh_sim.sensing.pad_contacts import pad_contacts
 from sdh_sim.sensing.perceived_grasp import GRAVITY, PerceivedGrasp, perceive
 from sdh_sim.sensing.snapshot import TactileSnapshot
 from sdh_sim.sensing.tactile_frames import TactileFrames, take_snapshot

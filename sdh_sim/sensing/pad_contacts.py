@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 import graspq as gq
@@ -11,25 +9,8 @@ from sdh_sim.objects import ObjectInfo, surface_of
 from sdh_sim.poses import rotation_of
 from sdh_sim.robot import HandKinematics, live_mask, taxel_centres, torque_limits
 from sdh_sim.robot import sdh2_constants as c
+from sdh_sim.sensing.pad_contact import PadContact
 from sdh_sim.sensing.snapshot import TactileSnapshot
-
-
-@dataclass(frozen=True)
-class PadContact:
-    """One pad's contact as the hand perceives it.
-
-    Attributes:
-        pad: name, such as ``thumb_distal``.
-        contact: position, normal, ``g*``, ``tau*`` and taxels, in the object frame at the centre of
-            mass.
-        jacobian: motor speeds to the velocity of the contact point (first three rows [m/rad]) and
-            the angular velocity of its link (last three), object axes (6, 7).
-    """
-
-    pad: str
-    contact: gq.Contact
-    jacobian: np.ndarray
-
 
 LOOK_DEPTH = 0.01  # beneath the pad's surface, in the finger [m]
 

@@ -13,7 +13,8 @@ import graspq as gq
 from sdh_sim.objects import ObjectInfo
 from sdh_sim.poses import rotation_of
 from sdh_sim.robot import HandKinematics, hand_kinematics, torque_limits
-from sdh_sim.sensing.pad_contacts import PadContact, pad_contacts
+from sdh_sim.sensing.pad_contact import PadContact
+from sdh_sim.sensing.pad_contacts import pad_contacts
 from sdh_sim.sensing.snapshot import TactileSnapshot
 from sdh_sim.sensing.unsensed_contacts import unsensed_contacts
 

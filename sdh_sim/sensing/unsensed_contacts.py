@@ -18,7 +18,7 @@ from sdh_sim.model_files import models_dir
 from sdh_sim.objects import OBJECT, ObjectInfo, object_spec
 from sdh_sim.poses import rotation_of
 from sdh_sim.robot import HandKinematics, HandPosture, strip_taxels
-from sdh_sim.sensing.pad_contacts import PadContact
+from sdh_sim.sensing.pad_contact import PadContact
 from sdh_sim.sensing.snapshot import TactileSnapshot
 from sdh_sim.user_references import ObjectFolder
 
