@@ -31,21 +31,26 @@ def is_force_closure(wrenches: Any) -> bool:
 
     True when the origin is strictly inside the wrench space with unloading; both bounds agree.
     """
+    from graspq._engines.ball_engine import inside_of
+
     packed = pack(wrenches, "l1", True)
-    status, _, value = _largest(packed, 1e-5, 0, 0)
-    return value > 0 if status == 0 else ball_of(packed, 1e-5) > 0
+    inside, outside = inside_of(packed.body)
+    return bool(inside[0]) if inside[0] or outside[0] else ball_of(packed, 1e-5) > 0
 
 
 def ball_of(packed: Packed, tol: float) -> float:
     """ε of a checked grasp."""
     from graspq._compiled.incremental_hull import FULL, GROWN
+    from graspq._engines.ball_engine import IS_FLAT, balls_of
 
     stop = tol if packed.smooth else 0.0
     facets, vertices = FIRST_FACETS, FIRST_VERTICES
     while True:
-        status, lower, value = _largest(packed, stop, facets, vertices)
+        status, lower, value = (x[0] for x in balls_of(packed.body, stop, facets, vertices))
         if status == GROWN:
             return float(value)
+        if status == IS_FLAT:
+            return 0.0
         if status != FULL:
             raise GraspError(
                 "epsilon: the hull could not be grown reliably (the grasp is close"
@@ -57,19 +62,3 @@ def ball_of(packed: Packed, tol: float) -> float:
                 f" {facets} facets; take a larger tol or fewer edges"
             )
         facets, vertices = min(8 * facets, MOST_FACETS), min(4 * vertices, MOST_VERTICES)
-
-
-def _largest(packed: Packed, stop: float, facets: int, vertices: int) -> tuple[int, float, float]:
-    """Status, lower bound and value of the largest ball, also of all but flat sets."""
-    from graspq._compiled.inscribed_ball import FLAT, ball, ball_of, room
-    from graspq._engines.ray_engine import rounded
-
-    work = room(facets, vertices)
-    status, lower, value = ball(packed.body, stop, work)
-    if status != FLAT:
-        return status, lower, value
-    found = rounded(packed)
-    if found is None:
-        return 0, 0.0, 0.0
-    turn, inner = found
-    return ball_of(packed.body, turn, inner, stop, work)
