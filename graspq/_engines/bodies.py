@@ -155,10 +155,8 @@ def scatter_of(bodies: Bodies) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def some(bodies: Bodies, which: np.ndarray) -> Bodies:
     """Some of many polytopes."""
-    sets = np.concatenate([np.arange(bodies.first_set[g], bodies.first_set[g + 1]) for g in which])
-    columns = np.concatenate(
-        [np.arange(bodies.first_point[i], bodies.first_point[i + 1]) for i in sets]
-    )
+    sets = _runs(bodies.first_set[which], bodies.first_set[which + 1])
+    columns = _runs(bodies.first_point[sets], bodies.first_point[sets + 1])
     counts = np.diff(bodies.first_point)[sets]
     first_set = np.concatenate([[0], np.cumsum(np.diff(bodies.first_set)[which])])
     return bodies._replace(
@@ -167,3 +165,9 @@ def some(bodies: Bodies, which: np.ndarray) -> Bodies:
         first_ellipsoid=np.zeros(len(sets) + 1, dtype=np.int64),
         first_set=first_set.astype(np.int64),
     )
+
+
+def _runs(begins: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """All numbers of several ranges, one range after the other."""
+    counts = ends - begins
+    return np.arange(counts.sum()) + np.repeat(begins - np.cumsum(counts) + counts, counts)
