@@ -12,12 +12,14 @@ from graspq._compiled.jit import entry
 from graspq._compiled.workspace import CANDIDATES, PART_ROWS, Workspace
 
 STATUS, LOWER, UPPER, RESULTS = range(4)
+MOST_RIDGES = 1 << 20
 
 
 def new_hull(facets: int, vertices: int) -> Hull:
     """Return room for a hull of so many facets and vertices."""
-    # Twelve places per ridge of the horizon keep the hash table sparse.
-    ridges = 1 << int(12 * facets - 1).bit_length()
+    # Twelve places per ridge of the horizon keep the hash table sparse; no horizon has more ridges
+    # than this has room for.
+    ridges = min(1 << int(12 * facets - 1).bit_length(), MOST_RIDGES)
     return Hull(
         np.zeros(1, TALLY),
         np.empty(vertices, POINT),

@@ -38,6 +38,16 @@ class Span(NamedTuple):
         """Dimension of the span."""
         return 6 - len(self.normals)
 
+    @property
+    def axes(self) -> np.ndarray:
+        """Orthonormal basis of the span, in wrench coordinates, shape (6, rank)."""
+        if self.rank == 6:
+            return np.eye(6)
+        left = np.linalg.svd((self.normals / self.size).T)[0][:, len(self.normals) :]
+        # Along the coordinate axes where the span lies along them.
+        own = np.flatnonzero(np.linalg.norm(left, axis=1) > 1.0 - 1e-12)
+        return np.eye(6)[:, own] if len(own) == self.rank else left
+
 
 def atoms(body: Bodies) -> np.ndarray:
     """Vectors that span the directions of one body, shape (6, N)."""
@@ -68,17 +78,38 @@ def span_of(body: Bodies) -> Span:
     return Span(inner, size, left[:, rank:].T, turn)
 
 
-def filled(packed: Packed, span: Span, reach: float = 1.0) -> Packed:
-    """Add a set that spans the directions a flat space lacks, ``reach`` times its extent wide.
+def filled(packed: Packed, span: Span) -> Packed:
+    """Add a set that spans the directions a flat space lacks: within its span it stays as it is."""
+    return _with_cross(packed, (span.normals * span.size).T)
 
-    It is the hull of ± the normals, of a contact of its own that comes last. Within the span the
-    space stays what it is.
+
+def project(packed: Packed, axes: np.ndarray) -> Packed:
+    """Project a space onto a subspace, and fill the directions across so wide that ε is that of it.
+
+    ``axes`` (6, k) is an orthonormal basis of the subspace. In direction u = cos θ a + sin θ c,
+    with a in the subspace and c across, the filled space reaches ε cos θ + L sin θ / √(6 - k) or
+    further. That is at least ε where the width L is at least ε √6.
     """
     body = packed.body
-    pads = reach * (span.normals * span.size).T
-    count = 2 * pads.shape[1]
+    onto = axes @ axes.T
+    across = np.linalg.svd(axes)[0][:, axes.shape[1] :]
+    lengths = [np.linalg.norm(body.points, axis=0), np.linalg.norm(body.centres, axis=0)]
+    lengths.append(np.linalg.norm(body.axes, axis=(1, 2)))
+    # No body reaches further than all its sets' furthest wrenches together.
+    most = (len(body.first_point) - 1) * max(x.max(initial=0.0) for x in lengths)
     body = body._replace(
-        points=np.ascontiguousarray(np.hstack([body.points, pads, -pads])),
+        points=np.ascontiguousarray(onto @ body.points),
+        centres=np.ascontiguousarray(onto @ body.centres),
+        axes=np.ascontiguousarray(onto @ body.axes),
+    )
+    return _with_cross(packed._replace(body=body), 6.0 * max(most, 1e-300) * across)
+
+
+def _with_cross(packed: Packed, arms: np.ndarray) -> Packed:
+    """Add the hull of ± some vectors (6, m) as a set, of a contact of its own that comes last."""
+    body, count = packed.body, 2 * arms.shape[1]
+    body = body._replace(
+        points=np.ascontiguousarray(np.hstack([body.points, arms, -arms])),
         first_point=np.append(body.first_point, body.first_point[-1] + count),
         first_ellipsoid=np.append(body.first_ellipsoid, body.first_ellipsoid[-1]),
         first_set=body.first_set + np.array([0, 1]),
