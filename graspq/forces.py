@@ -10,7 +10,14 @@ from numpy.typing import ArrayLike
 
 from graspq.contact import Contact, tangent_basis
 from graspq.errors import GraspError, as_array, as_number
-from graspq.hand_bound import HandBound, points_of
+from graspq.hand_bound import HandBound, intervals_of, motions_of, points_of
+
+# OSQP stops at this tolerance, in units of the wrench's force; what it then lacks in balance is
+# checked against the second. Its status 1 is solved, 2 solved within a wider tolerance.
+OSQP_TOLERANCE, BALANCE_TOLERANCE = 1e-9, 1e-5
+OSQP_SOLVED = (1, 2)
+# Wrenches without a force are taken in units of this force [N].
+SMALLEST_UNIT = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,8 +64,7 @@ def contact_forces(
         GraspError: when no forces exert the wrench, saying so, or for bad input.
     """
     import osqp
-    from scipy.optimize import linprog
-    from scipy.sparse import csc_matrix, identity
+    from scipy.sparse import csc_matrix, diags
 
     contacts = grip.contacts if isinstance(grip, HandBound) else tuple(grip)
     if not contacts or not all(isinstance(c, Contact) for c in contacts):
@@ -69,60 +75,75 @@ def contact_forces(
     about = as_array("origin", origin, (3,))
     scale = as_number("torque_scale", torque_scale, positive=True)
     maps = [_maps(c, about, scale) for c in contacts]
-    grasp = np.hstack([m for m, _ in maps])
+    grasp = np.hstack([block for block, _ in maps])
     cones, limits, low, high = _limits(grip, contacts, maps, int(edges), grasp.shape[1])
-    unit = max(float(np.linalg.norm(target[:3])), 1e-3)
+    # Motor torques that load no joint are variables too, at no cost.
+    free = limits.shape[1] - grasp.shape[1]
+    grasp = np.hstack([grasp, np.zeros((6, free))])
+    cones = np.hstack([cones, np.zeros((len(cones), free))])
+    unit = max(float(np.linalg.norm(target[:3])), SMALLEST_UNIT)
     rows = np.abs(grasp).max(axis=1)
     rows[rows == 0] = 1.0
     balance, aim = grasp / rows[:, None], target / rows / unit
-    a = np.vstack([balance, cones, limits])
-    lower = np.concatenate([aim, np.full(len(cones), -np.inf), low / unit])
-    upper = np.concatenate([aim, np.zeros(len(cones)), high / unit])
-    bounded = np.isfinite(lower[6:])
-    check = linprog(
-        np.zeros(a.shape[1]),
-        A_eq=balance,
-        b_eq=aim,
-        bounds=(None, None),
-        method="highs",
-        A_ub=np.vstack([a[6:], -a[6:][bounded]]),
-        b_ub=np.concatenate([upper[6:], -lower[6:][bounded]]),
-    )
-    if check.status == 2:
-        within = (
-            "friction cones and motor torques"
-            if isinstance(grip, HandBound)
-            else ("friction cones and normal force limits")
-        )
+    start = _feasible(balance, aim, cones, limits, low / unit, high / unit)
+    if start is None:
+        within = "motor torques" if isinstance(grip, HandBound) else "normal force limits"
         raise GraspError(
-            f"contact_forces: no forces inside the {within} exert this wrench; scale"
-            " it down to what task_scaling allows"
+            f"contact_forces: no forces inside the friction cones and {within} exert this"
+            " wrench; scale it down to what task_scaling allows"
         )
+    a = np.vstack([balance, cones, limits])
+    cost = np.concatenate([np.ones(a.shape[1] - free), np.zeros(free)])
     solver = osqp.OSQP()
     solver.setup(
-        identity(a.shape[1], format="csc"),
+        diags(cost, format="csc"),
         np.zeros(a.shape[1]),
         csc_matrix(a),
-        lower,
-        upper,
+        np.concatenate([aim, np.full(len(cones), -np.inf), low / unit]),
+        np.concatenate([aim, np.zeros(len(cones)), high / unit]),
         verbose=False,
-        eps_abs=1e-9,
-        eps_rel=1e-9,
+        eps_abs=OSQP_TOLERANCE,
+        eps_rel=OSQP_TOLERANCE,
         max_iter=200_000,
         polishing=True,
     )
-    solver.warm_start(x=check.x)
+    solver.warm_start(x=start)
     result = solver.solve(raise_error=False)
     x = np.asarray(result.x) * unit
     if (
-        result.info.status_val not in (1, 2)
-        or np.abs(balance @ x - target / rows).max() > 1e-5 * unit
+        result.info.status_val not in OSQP_SOLVED
+        or np.abs(balance @ x - target / rows).max() > BALANCE_TOLERANCE * unit
     ):
         raise GraspError(
             f"contact_forces: OSQP stopped with '{result.info.status}'; the wrench is"
             " close to what the grasp can exert, scale it down"
         )
-    return _unpack(grip, contacts, maps, x)
+    return _unpack(grip, maps, x)
+
+
+def _feasible(
+    balance: np.ndarray,
+    aim: np.ndarray,
+    cones: np.ndarray,
+    limits: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+) -> np.ndarray | None:
+    """Any forces that exert the wrench, or None: OSQP alone is slow to find that there are none."""
+    from scipy.optimize import linprog
+
+    check = linprog(
+        np.zeros(balance.shape[1]),
+        A_eq=balance,
+        b_eq=aim,
+        A_ub=np.vstack([cones, limits, -limits]),
+        b_ub=np.concatenate([np.zeros(len(cones)), high, -low]),
+        bounds=(None, None),
+        method="highs",
+    )
+    if check.status == 2:
+        return None
+    return np.zeros(balance.shape[1]) if check.x is None else check.x
 
 
 def _maps(contact: Contact, origin: np.ndarray, scale: float) -> tuple[np.ndarray, float]:
@@ -146,68 +167,77 @@ def _limits(
     edges: int,
     width: int,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Cone rows (<= 0), then rows between two bounds."""
-    cones, limits, low, high = [], [], [], []
-    angle = 2.0 * np.pi * np.arange(edges) / edges
-    motors = np.zeros((len(grip.torque_limit) if isinstance(grip, HandBound) else 0, width))
+    """Cone rows (<= 0), then rows between two bounds; those have the preloads' columns too."""
+    cones, totals = [], []
     at = 0
-    for i, (contact, (block, ratio)) in enumerate(zip(contacts, maps, strict=True)):
-        a, b = tangent_basis(contact.normal)
-        side = np.outer(np.cos(angle), a) + np.outer(np.sin(angle), b)
-        side -= contact.friction * np.cos(np.pi / edges) * contact.normal
+    for contact, (block, ratio) in zip(contacts, maps, strict=True):
         points = (block.shape[1] - (1 if ratio else 0)) // 3
+        torsion = at + 3 * points if ratio else None
         total = np.zeros(width)
         for p in range(points):
             here = slice(at + 3 * p, at + 3 * p + 3)
-            rows = np.zeros((edges + 1, width))
-            rows[:edges, here] = side
-            rows[edges, here] = -contact.normal
+            cones.append(_cone(contact, edges, width, here, torsion))
             total[here] = contact.normal
-            if ratio:
-                slope = contact.friction * np.cos(np.pi / edges)
-                twin = rows.copy()
-                rows[:edges, at + 3 * points] = slope
-                twin[:edges, at + 3 * points] = -slope
-                rows[edges, at + 3 * points] = 1.0
-                twin[edges, at + 3 * points] = -1.0
-                rows = np.vstack([rows, twin])
-            cones.append(rows)
-            if isinstance(grip, HandBound):
-                motors[:, here] = grip.jacobians[i][p].T
-        if isinstance(grip, HandBound) and ratio:
-            spin = grip.spins[i]
-            if spin is None:
-                raise GraspError(f"jacobians[{i}]: torsion needs a (6, k) Jacobian")
-            motors[:, at + 3 * points] = spin.T @ contact.normal * ratio
-        if not isinstance(grip, HandBound):
-            limits.append(total[None])
-            low.append(0.0)
-            high.append(contact.max_normal_force)
+        totals.append(total)
         at += block.shape[1]
-    if isinstance(grip, HandBound):
-        return np.vstack(cones), motors, grip.lower, grip.upper
-    return np.vstack(cones), np.vstack(limits), np.array(low), np.array(high)
+    if not isinstance(grip, HandBound):
+        most = np.array([c.max_normal_force for c in contacts])
+        return np.vstack(cones), np.vstack(totals), np.zeros(len(most)), most
+    low, high = intervals_of(grip)
+    motors = np.hstack([_loads(grip, i, ratio) for i, (_, ratio) in enumerate(maps)])
+    passive = len(low) - len(grip.preloads)
+    preloads = np.vstack([grip.preloads, np.zeros((passive, grip.preloads.shape[1]))])
+    return np.vstack(cones), np.hstack([motors, preloads]), low, high
+
+
+def _cone(contact: Contact, edges: int, width: int, here: slice, torsion: int | None) -> np.ndarray:
+    """Rows (<= 0) of one force's cone, inscribed; the torsion takes its share of the friction."""
+    a, b = tangent_basis(contact.normal)
+    angle = 2.0 * np.pi * np.arange(edges) / edges
+    slope = contact.friction * np.cos(np.pi / edges)
+    rows = np.zeros((edges + 1, width))
+    rows[:edges, here] = np.outer(np.cos(angle), a) + np.outer(np.sin(angle), b)
+    rows[:edges, here] -= slope * contact.normal
+    rows[edges, here] = -contact.normal
+    if torsion is None:
+        return rows
+    other = rows.copy()
+    for sign, half in ((1.0, rows), (-1.0, other)):
+        half[:edges, torsion] = sign * slope
+        half[edges, torsion] = sign
+    return np.vstack([rows, other])
+
+
+def _loads(hand: HandBound, i: int, ratio: float) -> np.ndarray:
+    """What a contact's variables load the motors and passive motions with, (k + u, 3 p [+ 1])."""
+    jacobian, spin = motions_of(hand, i)
+    columns = jacobian.transpose(2, 0, 1).reshape(jacobian.shape[2], -1)
+    if not ratio:
+        return columns
+    if spin is None:
+        raise GraspError(f"jacobians[{i}]: torsion needs a (6, k) Jacobian")
+    twist = spin.T @ hand.contacts[i].normal * ratio
+    return np.hstack([columns, twist[:, None]])
 
 
 def _unpack(
     grip: HandBound | Sequence[Contact],
-    contacts: Sequence[Contact],
     maps: list[tuple[np.ndarray, float]],
     x: np.ndarray,
 ) -> ContactForces:
     forces, torsions, wrenches = [], [], []
-    load = np.zeros(len(grip.torque_limit)) if isinstance(grip, HandBound) else None
+    load = None
     at = 0
-    for i, (contact, (block, ratio)) in enumerate(zip(contacts, maps, strict=True)):
+    if isinstance(grip, HandBound):
+        load = grip.preloads @ x[len(x) - grip.preloads.shape[1] :]
+    for i, (block, ratio) in enumerate(maps):
         own = x[at : at + block.shape[1]]
         points = (len(own) - (1 if ratio else 0)) // 3
         forces.append(own[: 3 * points].reshape(points, 3))
         torsions.append(own[-1] * ratio if ratio else 0.0)
         wrenches.append(block @ own)
         if isinstance(grip, HandBound) and load is not None:
-            load += np.einsum("pck,pc->k", grip.jacobians[i], forces[-1])
-            spin = grip.spins[i]
-            if ratio and spin is not None:
-                load += spin.T @ contact.normal * torsions[-1]
+            load = load + (_loads(grip, i, ratio) @ own)[: len(load)]
         at += block.shape[1]
-    return ContactForces(tuple(forces), np.array(torsions), np.array(wrenches), load, float(x @ x))
+    effort = float(x[:at] @ x[:at])
+    return ContactForces(tuple(forces), np.array(torsions), np.array(wrenches), load, effort)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,28 +10,32 @@ from graspq._engines.face_lattice import MOST_POINTS, Lattice, lattice_of
 from graspq.errors import GraspError
 from graspq.inputs import as_bound, as_polytopes
 
-# Dimensions of the faces that are chosen: they add up to four and an edge is walked, or to
-# five without an edge among them.
-PATTERNS = (
-    (4, 0, 0, 0),
-    (3, 1, 0, 0),
-    (2, 2, 0, 0),
-    (2, 1, 1, 0),
-    (1, 1, 1, 1),
-    (3, 2, 0, 0),
-    (5, 0, 0, 0),
-)
-MOST_WORK = 5e7
-GENERAL = 1e-8
+if TYPE_CHECKING:
+    from graspq._compiled.minkowski_volume import Polytopes
+
+# Choices of faces that are looked at, at one to four microseconds each; ten soft contacts.
+MOST_CHOICES = 1e7
+# Every set is turned by about this much, so that no two of their faces are parallel.
+GENERAL_POSITION = 1e-8
+# Singular values below this share of the largest are 0: the space is flat.
 FLAT = 1e-9
+# What the area vectors of all facets add up to, over the area: 0 but for round-off (1e-12) when
+# every facet was found. Patches whose taxels are nearly coplanar can leave more.
+MOST_OPEN = 1e-6
 
 
 def volume(wrenches: Any, bound: str = "linf", unloading: bool = True) -> float:
     """Return the six-dimensional volume V_GWS of the grasp wrench space; 0.0 when it is flat.
 
     "linf" adds up the facets of the Minkowski sum, each a sum of the contacts' faces, in
-    general position (every set is turned by about 1e-8, the relative error to expect).
-    "l1" takes the convex hull of all wrenches.
+    general position (every set is turned by about 1e-8, the relative error to expect): exact
+    for any number of contacts, in about 15 ms for three soft contacts with 12 edges, 80 ms for
+    four, 0.4 s for five and 1.2 s for six. "l1" takes the convex hull of all wrenches.
+
+    Args:
+        wrenches: one (6, l_i) array per contact.
+        bound: "linf" or "l1".
+        unloading: whether contacts may press with less than their limit.
 
     Raises:
         GraspError: for bad input, ellipsoids, or sets with too many faces to add up.
@@ -77,7 +81,7 @@ def _hull_volume(points: np.ndarray) -> float:
 
 
 def _sum_volume(grasp: list[np.ndarray]) -> float:
-    from graspq._compiled.minkowski_volume import sum_volume
+    from graspq._compiled import minkowski_volume as kernel
 
     for i, w in enumerate(grasp):
         if w.shape[1] > MOST_POINTS:
@@ -87,63 +91,70 @@ def _sum_volume(grasp: list[np.ndarray]) -> float:
                 " augment='none'"
             )
     lattices = [lattice_of(w) for w in grasp]
-    work = _work(lattices)
-    if work > MOST_WORK:
+    choices = _choices(lattices)
+    if choices > MOST_CHOICES:
         raise GraspError(
-            f"volume: about {work:.1g} combinations of faces are more than"
-            f" {MOST_WORK:.0g}; take fewer edges or contacts"
+            f"volume: about {choices:.1g} combinations of faces are more than"
+            f" {MOST_CHOICES:.0g}; take fewer edges or contacts"
         )
+    polytopes = _polytopes(grasp, lattices)
+    work = kernel.workspace_for(polytopes)
+    for pattern in kernel.PATTERNS:
+        kernel.add_facets(polytopes, work, pattern)
+    area_vector = work.sums[kernel.CLOSURE : kernel.CLOSURE + 6]
+    gap = float(np.abs(area_vector).max() / work.sums[kernel.AREA])
+    if gap > MOST_OPEN:
+        raise GraspError(
+            f"volume: the facets leave a share of {gap:.0e} of the surface open, since faces of a"
+            " contact's set cannot be told apart; take another number of edges, or augment='none'"
+        )
+    return float(work.sums[kernel.VOLUME] / 6.0)
+
+
+def _polytopes(grasp: list[np.ndarray], lattices: list[Lattice]) -> Polytopes:
+    """The sets in general position, with their faces, packed for the kernel."""
+    from graspq._compiled.minkowski_volume import BASE, BASIS, COVER, COVERS, Polytopes
+
     rng = np.random.default_rng(20170)
-    bodies = []
-    for w, lattice in zip(grasp, lattices, strict=True):
-        turn = np.eye(6) + GENERAL * rng.uniform(-1.0, 1.0, (6, 6))
-        bodies.append((turn @ w[:, lattice.vertices]).T)
-    vertex_first = np.concatenate([[0], np.cumsum([len(b) for b in bodies])])
-    faces = np.concatenate([[0], np.cumsum([len(x.base) for x in lattices])])
-    covers = np.concatenate([[0], np.cumsum([len(x.cover) for x in lattices])])
-    starts = vertex_first[:-1]
-    polytopes = (
-        np.ascontiguousarray(np.concatenate(bodies)),
-        vertex_first.astype(np.int64),
-        np.array([x.first + f for x, f in zip(lattices, faces[:-1], strict=True)]),
-        0,
-        np.concatenate([x.base + s for x, s in zip(lattices, starts, strict=True)]),
-        np.concatenate([x.basis + s for x, s in zip(lattices, starts, strict=True)]),
-        np.concatenate([x.volume for x in lattices]),
-        np.concatenate(
-            [
-                np.array([0]),
-                *[x.cover_first[1:] + c for x, c in zip(lattices, covers[:-1], strict=True)],
-            ]
-        ),
-        np.concatenate([x.cover + s for x, s in zip(lattices, starts, strict=True)]),
+    turns = [np.eye(6) + GENERAL_POSITION * rng.uniform(-1.0, 1.0, (6, 6)) for _ in grasp]
+    bodies = [
+        (turn @ w[:, lattice.vertices]).T
+        for turn, w, lattice in zip(turns, grasp, lattices, strict=True)
+    ]
+    counts, sizes = np.array([len(b) for b in bodies]), np.array([len(x.base) for x in lattices])
+    first_vertex, first_face = np.cumsum(counts) - counts, np.cumsum(sizes) - sizes
+    covers = max(x.covers.shape[1] for x in lattices)
+    faces = np.zeros((sizes.sum(), COVER + covers), dtype=np.int64)
+    for x, f, v in zip(lattices, first_face, first_vertex, strict=True):
+        own = faces[f : f + len(x.base)]
+        own[:, BASE], own[:, BASIS:COVERS], own[:, COVERS] = x.base + v, x.basis + v, x.cover_count
+        own[:, COVER : COVER + x.covers.shape[1]] = x.covers + v
+    first = [x.first + f for x, f in zip(lattices, first_face, strict=True)]
+    return Polytopes(
+        vertices=np.ascontiguousarray(np.concatenate(bodies)),
+        bodies=np.column_stack([first, first_vertex, first_vertex + counts, 0 * counts]),
+        faces=faces,
+        volumes=np.concatenate([x.volume for x in lattices]),
     )
-    return float(sum_volume(polytopes, np.array(PATTERNS)))
 
 
-def _work(lattices: list[Lattice]) -> float:
-    """About how many combinations of faces there are to look at."""
-    from itertools import combinations, permutations
+def _choices(lattices: list[Lattice]) -> float:
+    """About how many combinations of faces the kernel looks at."""
+    counts = np.array([np.diff(x.first) for x in lattices], dtype=float)
+    faces = counts.sum(axis=0)
 
-    counts = [np.diff(x.first) for x in lattices]
-    bodies = range(len(lattices))
-    total = 0.0
-    for pattern in PATTERNS:
-        dims = [d for d in pattern if d]
-        if len(dims) > len(lattices):
-            continue
-        # Equal dimensions take rising bodies, so each set of bodies counts once.
-        groups = (
-            combinations(bodies, len(dims))
-            if len(set(dims)) == 1
-            else (
-                c
-                for c in permutations(bodies, len(dims))
-                if all(dims[i] != dims[i + 1] or c[i] < c[i + 1] for i in range(len(dims) - 1))
-            )
-        )
-        total += sum(
-            float(np.prod([counts[b][d] for b, d in zip(c, dims, strict=True)], dtype=float))
-            for c in groups
-        )
-    return total
+    def pairs(a: int, b: int, last: int) -> float:
+        """Faces of dimensions a and b from two bodies, b's among the first ``last``."""
+        return float((counts[:last, b] * (faces[a] - counts[:last, a])).sum())
+
+    edges = counts[: max(len(counts) - 2, 0), 1]
+    p1, p2, p3 = edges.sum(), (edges**2).sum(), (edges**3).sum()
+    triples = (p1**3 - 3 * p1 * p2 + 2 * p3) / 6
+    singles = faces[3] + faces[4] + faces[5]
+    return float(
+        triples
+        + singles
+        + pairs(2, 1, len(edges))
+        + pairs(2, 2, len(counts)) / 2
+        + pairs(3, 2, len(counts))
+    )

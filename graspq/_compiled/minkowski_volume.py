@@ -1,327 +1,384 @@
-"""Compiled volume of a Minkowski sum from its facets, each a sum of faces.
+"""Volume of a Minkowski sum of polytopes in R⁶ from its facets, each a sum of faces.
 
-In general position the faces F_i of a facet have dimensions that add up to five, and
-V = 1/6 Σ h(u) vol(F_1 + ... + F_n). Faces whose dimensions add up to four leave a plane of
-normals, in which those that support all the faces form a wedge; along it the other bodies'
-outlines are walked, and every edge met completes a facet. An edge that is walked belongs to a
-later body than the edges that were chosen, so every facet is met once.
+A face of P_1 + ... + P_n in direction u is the sum of the faces F_i of the P_i in direction u, and
+in general position the dimensions of the F_i of a facet add up to five (Schneider: Convex Bodies,
+1993, theorem 1.7.5; Gruber: Convex and Discrete Geometry, 2007, chapter 6; Fukuda: From the
+zonotope construction to the Minkowski addition of convex polytopes, 2004). With the support
+function h(u) = Σ h_i(u) of the sum and the outer unit normals u of the facets,
+
+    V = 1/6 Σ h(u) vol₅(F_1 + ... + F_n),     vol₅ = Π vol(F_i) |det of the stacked bases|.
+
+Faces go together when some u is inside the normal cones of all. All faces but up to two edges are
+chosen one after the other, and what their normals leave is searched in the orthogonal complement
+of their directions:
+
+    dimensions 3 (3; 2+1; 1+1+1)    a cone in space: two edges of two more bodies, whose normals
+                                    are arcs on the sphere, complete a facet where they cross
+    dimensions 4 (4; 2+2)           a wedge in a plane: an edge of one more body completes it
+    dimensions 5 (5; 3+2)           a line: its two directions
+
+The edges that complete a facet belong to later bodies than the edges that were chosen, so every
+facet is met once. The area vectors of all facets cancel (Minkowski's relation Σ vol₅ u = 0); what
+is left of them shows whether a facet is missing.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from graspq._compiled.jit import compiled, entry
+from graspq._compiled.jit import entry
+from graspq._compiled.normal_cones import (
+    BASE,
+    BASIS,
+    COVER,
+    COVERS,
+    ZERO,
+    crossing,
+    cut_cone,
+    edge_arc,
+    hide_vertices,
+    start_cone,
+)
+from graspq._compiled.part import part
 
+# Directions shorter than this, in sets about one in size, do not span a face.
 ROUND_OFF = 1e-13
+# Dimensions of the chosen faces, largest first; equal ones are taken from rising bodies.
+PATTERNS = np.array([(3, 0, 0), (2, 1, 0), (1, 1, 1), (4, 0, 0), (2, 2, 0), (3, 2, 0), (5, 0, 0)])
+# Columns of a body after the first face of each dimension (0 to 6, and the end): its vertices, and
+# whether one of its faces is chosen.
+FIRST_VERTEX, END_VERTEX, TAKEN = 8, 9, 10
+# Parts of ``Workspace.sums``: 6 V and the area, the sum of the area vectors, a vertex of the sum of
+# the chosen faces in their complement.
+VOLUME, AREA, CLOSURE, VERTEX = 0, 1, 2, 8
 
 
-@compiled
-def _push(rows, used, vertices, base, basis, dim):
-    """Add a face's directions to the orthonormal rows; return (rows used, volume factor)."""
-    factor = 1.0
-    for k in range(dim):
-        for c in range(6):
-            rows[used, c] = vertices[basis[k], c] - vertices[base, c]
-        for _ in range(2):
-            for r in range(used):
-                along = 0.0
-                for c in range(6):
-                    along += rows[r, c] * rows[used, c]
-                for c in range(6):
-                    rows[used, c] -= along * rows[r, c]
-        length = 0.0
-        for c in range(6):
-            length += rows[used, c] * rows[used, c]
-        length = np.sqrt(length)
-        if length < ROUND_OFF:
-            return used, 0.0
-        for c in range(6):
-            rows[used, c] /= length
-        used += 1
-        factor *= length
-    return used, factor
+class Polytopes(NamedTuple):
+    """The bodies and their faces, in arrays for all bodies.
+
+    Attributes:
+        vertices: vertices of all bodies, (V, 6).
+        bodies: per body where its faces of every dimension and its vertices are, (n, 11).
+        faces: vertices of every face, and of the faces that cover it, (F, 7 + most covers).
+        volumes: volume of a face over that of the parallelotope of its basis, (F,).
+    """
+
+    vertices: np.ndarray
+    bodies: np.ndarray
+    faces: np.ndarray
+    volumes: np.ndarray
 
 
-@compiled
-def _complement(rows, used):
-    """Complete four (or five) orthonormal rows to six."""
-    while used < 6:
-        pick, best = 0, -1.0
-        for c in range(6):
-            left = 1.0
-            for r in range(used):
-                left -= rows[r, c] * rows[r, c]
-            if left > best:
-                pick, best = c, left
-        rows[used, :] = 0.0
-        rows[used, pick] = 1.0
-        length = 0.0
-        for _ in range(2):
-            for r in range(used):
-                along = 0.0
-                for c in range(6):
-                    along += rows[r, c] * rows[used, c]
-                for c in range(6):
-                    rows[used, c] -= along * rows[r, c]
-            length = 0.0
-            for c in range(6):
-                length += rows[used, c] * rows[used, c]
-            length = np.sqrt(length)
-            for c in range(6):
-                rows[used, c] /= length
-        used += 1
+class Workspace(NamedTuple):
+    """Memory for one sum.
+
+    Attributes:
+        choice: per depth the body, the face, and rows in use before it, (4, 3).
+        sizes: per depth the volume of the faces chosen before it, (4,).
+        rows: orthonormal directions of the chosen faces, then of their complement, (6, 6).
+        flat: vertices in the complement, and whether another hides one, (V, 4).
+        cuts: of the chosen faces, in the complement, (K, 3).
+        rays: two cones: rays and a height of each, (2 (K + 4), 4).
+        levels: heights of vertices along rays, (V, K + 4).
+        arcs: normals of edges in the cone, three rows each, (3 E + 3, 3).
+        normal: of a facet in the complement, (3,).
+        sums: what the facets add up to, (11,).
+    """
+
+    choice: np.ndarray
+    sizes: np.ndarray
+    rows: np.ndarray
+    flat: np.ndarray
+    cuts: np.ndarray
+    rays: np.ndarray
+    levels: np.ndarray
+    arcs: np.ndarray
+    normal: np.ndarray
+    sums: np.ndarray
 
 
-@compiled
-def _dot(a, i, b, j):
-    return (
-        a[i, 0] * b[j, 0]
-        + a[i, 1] * b[j, 1]
-        + a[i, 2] * b[j, 2]
-        + a[i, 3] * b[j, 3]
-        + a[i, 4] * b[j, 4]
-        + a[i, 5] * b[j, 5]
+def workspace_for(polytopes: Polytopes) -> Workspace:
+    """Memory for the sum of these bodies."""
+    vertices, cuts = len(polytopes.vertices), 3 * int(polytopes.faces[:, COVERS].max())
+    edges = int((polytopes.bodies[:, 2] - polytopes.bodies[:, 1]).sum())
+    return Workspace(
+        choice=np.zeros((4, 3), np.int64),
+        sizes=np.ones(4),
+        rows=np.zeros((6, 6)),
+        flat=np.zeros((vertices, 4)),
+        cuts=np.zeros((cuts, 3)),
+        rays=np.zeros((2 * (cuts + 4), 4)),
+        levels=np.zeros((vertices, cuts + 4)),
+        arcs=np.zeros((3 * edges + 3, 3)),
+        normal=np.zeros(3),
+        sums=np.zeros(11),
     )
 
 
-@compiled
-def _wedge(rows, chosen, count, polytopes, wedge):
-    """Normals in the plane of rows 4, 5 that support the chosen faces; False when none."""
-    vertices, _, _, _, base, _, _, cover_first, cover = polytopes
-    open_ = True
-    cx, cy = 0.0, 0.0
-    for i in range(count):
-        f = chosen[i, 1]
-        b = base[f]
-        bx, by = _dot(vertices, b, rows, 4), _dot(vertices, b, rows, 5)
-        for k in range(cover_first[f], cover_first[f + 1]):
-            ax = _dot(vertices, cover[k], rows, 4) - bx
-            ay = _dot(vertices, cover[k], rows, 5) - by
-            if open_:
-                # The half plane u·a <= 0, from its start counter-clockwise to its end.
-                size = np.sqrt(ax * ax + ay * ay)
-                if size == 0.0:
-                    continue
-                cx, cy = -ax / size, -ay / size
-                wedge[0], wedge[1], wedge[2], wedge[3] = cy, -cx, -cy, cx
-                open_ = False
-                continue
-            start = wedge[0] * ax + wedge[1] * ay
-            end = wedge[2] * ax + wedge[3] * ay
-            if start <= 0.0 and end <= 0.0:
-                # A half plane's both ends may agree while it is cut to a ray; that ray is
-                # on the boundary and has no width.
-                continue
-            if start >= 0.0 and end >= 0.0:
-                return False, False
-            dx, dy = -ay, ax
-            if dx * cx + dy * cy < 0.0:
-                dx, dy = -dx, -dy
-            size = np.sqrt(dx * dx + dy * dy)
-            if start > 0.0:
-                wedge[0], wedge[1] = dx / size, dy / size
-            else:
-                wedge[2], wedge[3] = dx / size, dy / size
-    return True, open_
-
-
-@compiled
-def _walk(rows, chosen, count, polytopes, px, py, rx, ry, size, flat):
-    """Sum of h·vol over the facets that edges met between directions p and r complete."""
-    vertices, vertex_first, _, _, base, _, _, _, _ = polytopes
-    bodies = vertex_first.shape[0] - 1
-    last = -1
-    total = 0.0
-    fixed_x, fixed_y = 0.0, 0.0
-    for i in range(count):
-        b = base[chosen[i, 1]]
-        fixed_x += _dot(vertices, b, rows, 4)
-        fixed_y += _dot(vertices, b, rows, 5)
-        if chosen[i, 2] == 1:
-            last = max(last, chosen[i, 0])
-    for m in range(bodies):
-        taken = False
-        for i in range(count):
-            taken = taken or chosen[i, 0] == m
-        for k in range(vertex_first[m], vertex_first[m + 1]):
-            flat[k, 2] = 1.0 if taken else 0.0
-            if not taken:
-                flat[k, 0] = _dot(vertices, k, rows, 4)
-                flat[k, 1] = _dot(vertices, k, rows, 5)
-    for m in range(last + 1, bodies):
-        begin, end = vertex_first[m], vertex_first[m + 1]
-        if flat[begin, 2] == 1.0:
-            continue
-        at, best, second = begin, -np.inf, -np.inf
-        for k in range(begin, end):
-            value = flat[k, 0] * px + flat[k, 1] * py
-            later = flat[k, 0] * rx + flat[k, 1] * ry
-            if value > best or (value == best and later > second):
-                at, best, second = k, value, later
-        for _ in range(end - begin):
-            following, ux, uy = -1, 0.0, 0.0
-            for k in range(begin, end):
-                dx, dy = flat[k, 0] - flat[at, 0], flat[k, 1] - flat[at, 1]
-                gain = dx * rx + dy * ry
-                if gain <= 0.0:
-                    continue
-                loss = min(dx * px + dy * py, 0.0)
-                # Where vertex k overtakes, as a combination of p and r.
-                vx, vy = gain * px - loss * rx, gain * py - loss * ry
-                if following >= 0:
-                    turn = ux * vy - uy * vx
-                    if turn > 0.0:
-                        continue
-                    if turn == 0.0:
-                        old = (flat[following, 0] - flat[at, 0]) * rx + (
-                            flat[following, 1] - flat[at, 1]
-                        ) * ry
-                        if gain <= old:
-                            continue
-                following, ux, uy = k, vx, vy
-            if following < 0:
-                break
-            length = np.sqrt(ux * ux + uy * uy)
-            ux, uy = ux / length, uy / length
-            edge_x = flat[following, 0] - flat[at, 0]
-            edge_y = flat[following, 1] - flat[at, 1]
-            height = ux * (fixed_x + flat[at, 0]) + uy * (fixed_y + flat[at, 1])
-            for o in range(bodies):
-                if o != m and flat[vertex_first[o], 2] == 0.0:
-                    top = -np.inf
-                    for k in range(vertex_first[o], vertex_first[o + 1]):
-                        top = max(top, ux * flat[k, 0] + uy * flat[k, 1])
-                    height += top
-            total += height * np.sqrt(edge_x * edge_x + edge_y * edge_y)
-            at = following
-    return total * size
-
-
-@compiled
-def _plane(rows, chosen, count, polytopes, size, wedge, flat):
-    """Contribution of faces whose dimensions add up to four."""
-    _complement(rows, 4)
-    some, open_ = _wedge(rows, chosen, count, polytopes, wedge)
-    if not some:
+@part
+def _orthogonalise(rows, used):
+    """Make row ``used`` orthonormal to those before; return how long it is across them."""
+    before, square = 0.0, 0.0
+    for c in range(6):
+        before += rows[used, c] * rows[used, c]
+    # Again when digits cancelled; twice is enough (Parlett: The Symmetric Eigenvalue Problem, 6.9).
+    for _ in range(2):
+        for r in range(used):
+            along = 0.0
+            for c in range(6):
+                along += rows[r, c] * rows[used, c]
+            for c in range(6):
+                rows[used, c] -= along * rows[r, c]
+        square = 0.0
+        for c in range(6):
+            square += rows[used, c] * rows[used, c]
+        if square > 0.5 * before:
+            break
+    length = np.sqrt(square)
+    if length <= ROUND_OFF:
         return 0.0
-    if open_:
-        total = 0.0
-        for q in range(4):
-            px, py = (1.0, 0.0) if q % 2 == 0 else (0.0, 1.0)
-            if q >= 2:
-                px, py = -px, -py
-            total += _walk(rows, chosen, count, polytopes, px, py, -py, px, size, flat)
-        return total
-    px, py, rx, ry = wedge[0], wedge[1], wedge[2], wedge[3]
-    if px * rx + py * ry < 0.0:
-        # More than a right angle: two walks keep the combinations of p and r well apart.
-        return _walk(rows, chosen, count, polytopes, px, py, -py, px, size, flat) + _walk(
-            rows, chosen, count, polytopes, -py, px, rx, ry, size, flat
-        )
-    return _walk(rows, chosen, count, polytopes, px, py, rx, ry, size, flat)
+    for c in range(6):
+        rows[used, c] /= length
+    return length
 
 
-@compiled
-def _single(rows, chosen, count, polytopes, size):
-    """Contribution of faces whose dimensions add up to five: one normal and its opposite."""
-    vertices, vertex_first, _, _, base, _, _, cover_first, cover = polytopes
-    _complement(rows, 5)
-    total = 0.0
-    for sign in (1.0, -1.0):
-        good, height = True, 0.0
-        for i in range(count):
-            f = chosen[i, 1]
-            level = sign * _dot(vertices, base[f], rows, 5)
-            height += level
-            for k in range(cover_first[f], cover_first[f + 1]):
-                if sign * _dot(vertices, cover[k], rows, 5) > level:
-                    good = False
-        if not good:
+@part
+def _add_face(vertices, faces, f, dim, rows, used):
+    """Add a face's directions to the rows; return the volume of their parallelotope across them."""
+    volume = 1.0
+    for k in range(dim):
+        for c in range(6):
+            rows[used + k, c] = vertices[faces[f, BASIS + k], c] - vertices[faces[f, BASE], c]
+        volume *= _orthogonalise(rows, used + k)
+        if volume == 0.0:
+            break
+    return volume
+
+
+@part
+def _complete(rows, used):
+    """Complete orthonormal rows to six, by the axes that are farthest from them."""
+    for r in range(used, 6):
+        axis, least = 0, np.inf
+        for c in range(6):
+            square = 0.0
+            for k in range(r):
+                square += rows[k, c] * rows[k, c]
+            if square < least:
+                axis, least = c, square
+        for c in range(6):
+            rows[r, c] = 1.0 if c == axis else 0.0
+        _orthogonalise(rows, r)
+
+
+@part
+def _project(vertices, bodies, rows, used, flat):
+    """Bring the vertices of bodies without a chosen face into the complement."""
+    for m in range(bodies.shape[0]):
+        if bodies[m, TAKEN] == 0:
+            for k in range(bodies[m, FIRST_VERTEX], bodies[m, END_VERTEX]):
+                for c in range(min(3, 6 - used)):
+                    total = 0.0
+                    for r in range(6):
+                        total += vertices[k, r] * rows[used + c, r]
+                    flat[k, c] = total
+
+
+@part
+def _find_cuts(vertices, faces, choice, count, rows, used, cuts, sums):
+    """Find the cuts of the chosen faces, and a vertex of their sum; return how many cuts."""
+    found = ZERO
+    for c in range(3):
+        sums[VERTEX + c] = 0.0
+    for i in range(count):
+        f = choice[i, 1]
+        for k in range(-1, faces[f, COVERS]):
+            # First the vertex itself, then what leads to those that cover the face.
+            to, base = faces[f, COVER + k] if k >= 0 else faces[f, BASE], faces[f, BASE]
+            for c in range(min(3, 6 - used)):
+                total = 0.0
+                for r in range(6):
+                    start = vertices[base, r] if k >= 0 else 0.0
+                    total += (vertices[to, r] - start) * rows[used + c, r]
+                if k < 0:
+                    sums[VERTEX + c] += total
+                else:
+                    cuts[found + k, c] = total
+        found += faces[f, COVERS]
+    return found
+
+
+@part
+def _add_facet(bodies, flat, rows, used, area, normal, sums):
+    """Add the facet with this unit normal in the complement and this area."""
+    height, complement = 0.0, 6 - used
+    for m in range(bodies.shape[0]):
+        top = -np.inf if bodies[m, TAKEN] == 0 else 0.0
+        if bodies[m, TAKEN] == 0:
+            for k in range(bodies[m, FIRST_VERTEX], bodies[m, END_VERTEX]):
+                level = 0.0
+                for c in range(complement):
+                    level += normal[c] * flat[k, c]
+                top = max(top, level)
+        height += top
+    for r in range(complement):
+        height += normal[r] * sums[VERTEX + r]
+        for c in range(6):
+            sums[CLOSURE + c] += area * normal[r] * rows[used + r, c]
+    sums[VOLUME] += height * area
+    sums[AREA] += area
+
+
+@part
+def _facets_in_space(polytopes, work, used, cuts, last, size):
+    """Add the facets that edges of two bodies after ``last`` complete."""
+    bodies, faces, rays, flat = polytopes.bodies, polytopes.faces, work.rays, work.flat
+    arcs = work.arcs
+    projected = False
+    for number in range(4):
+        first, count = ZERO, start_cone(rays, number)
+        for k in range(cuts):
+            first, count = cut_cone(rays, first, count, work.cuts, k)
+            if count == 0:
+                break
+        if count == 0:
             continue
-        for m in range(vertex_first.shape[0] - 1):
-            taken = False
-            for i in range(count):
-                taken = taken or chosen[i, 0] == m
-            if not taken:
-                top = -np.inf
-                for k in range(vertex_first[m], vertex_first[m + 1]):
-                    top = max(top, sign * _dot(vertices, k, rows, 5))
-                height += top
-        total += height * size
-    return total
+        if not projected:
+            _project(polytopes.vertices, bodies, work.rows, used, flat)
+            projected = True
+        found = ZERO
+        for m in range(last + 1, bodies.shape[0]):
+            begin, end, before = bodies[m, FIRST_VERTEX], bodies[m, END_VERTEX], found
+            if bodies[m, TAKEN]:
+                continue
+            if hide_vertices(rays, first, count, flat, begin, end, work.levels) == 1:
+                continue
+            for e in range(bodies[m, 1], bodies[m, 2]):
+                hidden = flat[faces[e, BASE], 3] + flat[faces[e, BASIS], 3]
+                if hidden == 0.0 and edge_arc(
+                    rays, first, count, faces, e, flat, work.levels, arcs, found
+                ):
+                    for i in range(0, before, 3):
+                        area = size * crossing(arcs, i, found, work.normal)
+                        if area > 0.0:
+                            _add_facet(bodies, flat, work.rows, used, area, work.normal, work.sums)
+                    found += 3
+
+
+@part
+def _facets_in_plane(polytopes, work, used, cuts, size):
+    """Add the facets that an edge of one more body completes."""
+    bodies, faces, flat, normal = polytopes.bodies, polytopes.faces, work.flat, work.normal
+    # The wedge of directions goes from (sx, sy) counter-clockwise to (ex, ey).
+    sx, sy, ex, ey = 0.0, 0.0, 0.0, 0.0
+    for k in range(cuts):
+        x, y = work.cuts[k, 0], work.cuts[k, 1]
+        start, end = sx * x + sy * y, ex * x + ey * y
+        if sx == 0.0 and sy == 0.0:
+            sx, sy, ex, ey = -y, x, y, -x
+        elif start > 0.0 and end > 0.0:
+            return
+        elif start > 0.0:
+            sx, sy = -y, x
+        elif end > 0.0:
+            ex, ey = y, -x
+    _project(polytopes.vertices, bodies, work.rows, used, flat)
+    for m in range(bodies.shape[0]):
+        if bodies[m, TAKEN]:
+            continue
+        for e in range(bodies[m, 1], bodies[m, 2]):
+            b, o = faces[e, BASE], faces[e, BASIS]
+            x, y = flat[o, 1] - flat[b, 1], flat[b, 0] - flat[o, 0]
+            for _ in range(2):
+                x, y = -x, -y
+                good = sx * y >= sy * x and x * ey >= y * ex
+                k = COVER
+                while good and k < COVER + faces[e, COVERS]:
+                    c = faces[e, k]
+                    good = x * (flat[c, 0] - flat[b, 0]) + y * (flat[c, 1] - flat[b, 1]) <= 0.0
+                    k += 1
+                length = np.sqrt(x * x + y * y)
+                if good and length > 0.0:
+                    normal[0], normal[1] = x / length, y / length
+                    _add_facet(bodies, flat, work.rows, used, length * size, normal, work.sums)
+
+
+@part
+def _facets_on_line(polytopes, work, used, cuts, size):
+    """Add the facets that the chosen faces are without another edge."""
+    normal = work.normal
+    for sign in (1.0, -1.0):
+        good = True
+        for k in range(cuts):
+            good = good and sign * work.cuts[k, 0] <= 0.0
+        if good:
+            _project(polytopes.vertices, polytopes.bodies, work.rows, used, work.flat)
+            normal[0] = sign
+            _add_facet(polytopes.bodies, work.flat, work.rows, used, size, normal, work.sums)
+
+
+@part
+def _may_choose(bodies, body, later):
+    """Whether a body has no chosen face yet, and ``later`` bodies after it have none either."""
+    for m in range(body + 1, bodies.shape[0]):
+        later -= 1 - bodies[m, TAKEN]
+    return later <= 0 and bodies[body, TAKEN] == 0
+
+
+@part
+def _next_choice(polytopes, work, pattern, count, depth):
+    """Go on to the next choice of faces, the last one fastest; False when there is none."""
+    bodies, choice, sizes = polytopes.bodies, work.choice, work.sizes
+    while True:
+        dim, b, f = pattern[depth], choice[depth, 0], choice[depth, 1] + 1
+        if b == bodies.shape[0]:
+            # Every face of this depth was chosen: on with the next face of the one before.
+            if depth == 0:
+                return False
+            depth -= 1
+            bodies[choice[depth, 0], TAKEN] = 0
+            continue
+        if f == 0:
+            # Edges leave later bodies for the edges after them.
+            later = count - depth + 4 - choice[count, 2] if dim == 1 else ZERO
+            f = bodies[b, dim] if _may_choose(bodies, b, later) else bodies[b, dim + 1]
+        choice[depth, 1] = f
+        if f == bodies[b, dim + 1]:
+            choice[depth, 0], choice[depth, 1] = b + 1, -1
+            continue
+        across = _add_face(polytopes.vertices, polytopes.faces, f, dim, work.rows, choice[depth, 2])
+        sizes[depth + 1] = sizes[depth] * polytopes.volumes[f] * across
+        if across > 0.0:
+            bodies[b, TAKEN] = 1
+            if depth + 1 == count:
+                return True
+            depth += 1
+            choice[depth, 0], choice[depth, 1] = b + 1 if pattern[depth] == dim else 0, -1
 
 
 @entry
-def sum_volume(polytopes, wanted):
-    """Volume of the sum of ``polytopes`` = (vertices, vertex_first, face_first, _, base, ...).
-
-    ``wanted`` lists patterns of dimensions, one per row, in the order in which the bodies'
-    faces are chosen; equal dimensions take rising bodies.
-    """
-    vertices, _, face_first, _, _, _, _, _, _ = polytopes
-    bodies = face_first.shape[0]
-    rows, wedge = np.empty((6, 6)), np.empty(4)
-    flat = np.empty((vertices.shape[0], 3))
-    chosen = np.zeros((4, 3), np.int64)
-    total = 0.0
-    for p in range(wanted.shape[0]):
-        total += _choose(rows, chosen, polytopes, wanted[p], bodies, wedge, flat)
-    return total / 6.0
-
-
-@compiled
-def _choose(rows, chosen, polytopes, pattern, bodies, wedge, flat):
-    """Run through the faces of one pattern, depth first, without recursion."""
-    vertices, _, face_first, _, base, basis, volume, _, _ = polytopes
-    total_dim, length = 0, 0
-    for k in range(4):
-        if pattern[k] > 0:
-            length += 1
-            total_dim += pattern[k]
-    body, face = np.zeros(4, np.int64), np.zeros(4, np.int64)
-    filled, factor = np.zeros(5, np.int64), np.ones(5)
-    body[0], face[0] = 0, -1
-    total = 0.0
-    depth = 0
-    while depth >= 0:
-        dim = pattern[depth]
-        b = body[depth]
-        first, end = face_first[b, dim], face_first[b, dim + 1]
-        taken = False
-        for k in range(depth):
-            taken = taken or body[k] == b
-        if total_dim == 4 and dim == 1 and not taken:
-            # An edge must leave a later body to walk.
-            later = bodies - 1 - b
-            for k in range(depth):
-                later -= 1 if body[k] > b else 0
-            taken = later <= 0
-        face[depth] = first if face[depth] < 0 else face[depth] + 1
-        if taken or face[depth] >= end:
-            body[depth] += 1
-            face[depth] = -1
-            if body[depth] >= bodies:
-                depth -= 1
-            continue
-        f = face[depth]
-        used, scale = _push(rows, filled[depth], vertices, base[f], basis[f], dim)
-        if scale == 0.0:
-            continue
-        filled[depth + 1] = used
-        factor[depth + 1] = factor[depth] * scale * volume[f]
-        chosen[depth, 0], chosen[depth, 1], chosen[depth, 2] = b, f, dim
-        if depth + 1 < length:
-            depth += 1
-            face[depth] = -1
-            body[depth] = 0
-            if pattern[depth] == dim:
-                body[depth] = b + 1
-            if body[depth] >= bodies:
-                depth -= 1
-            continue
-        if total_dim == 4:
-            total += _plane(rows, chosen, length, polytopes, factor[length], wedge, flat)
+def add_facets(polytopes, work, pattern):
+    """Add the facets that have faces of the pattern's dimensions to ``work.sums``."""
+    bodies, choice, rows, count = polytopes.bodies, work.choice, work.rows, ZERO
+    for k in range(3):
+        choice[k + 1, 2] = choice[k, 2] + pattern[k]
+        count += pattern[k] > 0
+    used, depth = choice[count, 2], ZERO
+    choice[0, 0], choice[0, 1] = 0, -1
+    while _next_choice(polytopes, work, pattern, count, depth):
+        depth = count - 1
+        b, size = choice[depth, 0], work.sizes[count]
+        _complete(rows, used)
+        cuts = _find_cuts(
+            polytopes.vertices, polytopes.faces, choice, count, rows, used, work.cuts, work.sums
+        )
+        if used == 3:
+            last = b if pattern[depth] == 1 else -1
+            _facets_in_space(polytopes, work, used, cuts, last, size)
+        elif used == 4:
+            _facets_in_plane(polytopes, work, used, cuts, size)
         else:
-            total += _single(rows, chosen, length, polytopes, factor[length])
-    return total
+            _facets_on_line(polytopes, work, used, cuts, size)
+        bodies[b, TAKEN] = 0

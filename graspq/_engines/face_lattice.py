@@ -29,7 +29,8 @@ class Lattice:
         base, basis: per face one vertex and ``dim`` more that span it, (F,) and (F, 5), as
             positions in ``vertices``.
         volume: face volume over that of the parallelotope of its basis, shape (F,).
-        cover_first, cover: per face one vertex out of each face that covers it.
+        covers: per face one vertex out of each face that covers it, (F, most), of which the
+            first ``cover_count`` (F,) are used.
     """
 
     frame: np.ndarray
@@ -39,8 +40,8 @@ class Lattice:
     base: np.ndarray
     basis: np.ndarray
     volume: np.ndarray
-    cover_first: np.ndarray
-    cover: np.ndarray
+    covers: np.ndarray
+    cover_count: np.ndarray
 
 
 _known: dict[tuple[bytes, bytes], Lattice] = {}
@@ -147,7 +148,10 @@ def _pack(
         basis[f, : min(d, 5)] = [place[v] for v in spanning[1:6]]
         above = [e[4] for e in entries[first[min(d + 1, 7)] : first[min(d + 2, 7)]]]
         covers.append([place[min(g - face)] for g in above if face < g])
-    ends = np.concatenate([[0], np.cumsum([len(c) for c in covers])]).astype(np.int64)
+    counts = np.array([len(c) for c in covers])
+    padded = np.zeros((len(covers), int(counts.max())), dtype=np.int64)
+    for row, cover in zip(padded, covers, strict=True):
+        row[: len(cover)] = cover
     return Lattice(
         np.array(chosen),
         coordinates,
@@ -156,8 +160,8 @@ def _pack(
         np.array([place[e[2][0]] for e in entries], dtype=np.int64),
         basis,
         np.array([e[3] for e in entries]),
-        ends,
-        np.array([v for c in covers for v in c], dtype=np.int64),
+        padded,
+        counts,
     )
 
 
