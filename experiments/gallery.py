@@ -8,7 +8,6 @@ furthest on the wrong side come first. Writes a page ``gallery.md`` beside them.
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 import math
 import sys
@@ -18,12 +17,12 @@ from typing import Any
 
 import numpy as np
 
-from sdh_sim.errors import RenderError
-from sdh_sim.metrics.stored_grasps import read_stored
-from sdh_sim.records.schema import NO_TRUTH, RecordError
-from sdh_sim.runs.folder import RunFolder
-from sdh_sim.trial.trial import run_trial
-from sdh_sim.trial.trial_log import TrialLog
+from experiments.command_line import Parser
+from sdh_sim.errors import RecordError, RenderError
+from sdh_sim.metrics import read_stored
+from sdh_sim.records import NO_TRUTH
+from sdh_sim.runs import RunFolder
+from sdh_sim.trial import TrialLog, run_trial
 from sdh_sim.viewing.render import render_trial
 
 MOVED_MM = 2.0  # of the object in the hand: from then on it is on its way out
@@ -91,7 +90,7 @@ def _displacement(log: TrialLog) -> np.ndarray:
     place = []
     for position, quat in zip(log.body_position, log.body_quat, strict=True):
         w, v = quat[scene.palm, 0], -quat[scene.palm, 1:]
-        apart = position[scene.object] - position[scene.palm]
+        apart = position[scene.object_body] - position[scene.palm]
         place.append(apart + 2.0 * np.cross(v, np.cross(v, apart) + w * apart))
     return 1e3 * np.linalg.norm(np.array(place) - place[rest], axis=1)
 
@@ -120,7 +119,7 @@ def show(row: Mapping[str, Any], folder: RunFolder, name: str, out: Path, draw: 
 
 def main(argv: list[str] | None = None) -> int:
     """Make the gallery."""
-    parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
+    parser = Parser(__doc__)
     parser.add_argument("run", type=Path, help="run folder of sdh-sim lift")
     parser.add_argument("--metric", default="q_linf", choices=SHOWN)
     parser.add_argument("--each", type=int, default=3, help="trials of each kind [3]")

@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-import argparse
-
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from experiments.command_line import Parser, at_least
 from experiments.parallel import run_all
-from sdh_sim.cell.scene import build_scene
-from sdh_sim.cell.simulation import Cell
-from sdh_sim.grasping.acquire import acquire
-from sdh_sim.grasping.motion_plan import find_course
-from sdh_sim.objects.catalogue import PAPER_ORDER, object_info
+from sdh_sim.objects import PAPER_ORDER
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial import load_test, outcome
-from sdh_sim.trial.lift import lift
+from sdh_sim.trial import Trial, load_test
 
 SPEEDS = (0.5, 1.0, 2.0, 4.0)
 
@@ -24,32 +18,21 @@ SPEEDS = (0.5, 1.0, 2.0, 4.0)
 def loads(job: tuple[str, int]) -> tuple[str, list[float], float] | None:
     """q_sim of one grasp at every speed, and from nothing at speed 1; None if it does not hold."""
     name, seed = job
-    scene, thing = build_scene(TrialSettings(object=name)), object_info(name)
-    course, cell = find_course(scene, thing, np.random.default_rng(seed)), Cell(scene)
-    acquire(cell, thing, course)
-    if sum(cell.hand_touch()) == 0.0:
+    trial = Trial(TrialSettings(object=name), seed)
+    failure, _ = trial.grasp_and_lift()
+    if failure != "none":
         return None
-    grasped = cell.save()
-    moved, turned, fell = lift(cell, thing, course, cell.object_in_hand())
-    if outcome.classify(True, fell, moved, turned) != "none":
-        return None
-    lifted = cell.save()
-    values = []
-    for speed in SPEEDS:
-        cell.restore(lifted)
-        values.append(load_test.gravity_factor(cell, thing, 1.0, speed).load)
-    cell.restore(grasped)
-    return name, values, load_test.gravity_factor(cell, thing, 0.0).load
+    values = [trial.load(held=True, speed=speed).load for speed in SPEEDS]
+    return name, values, trial.load(held=False).load
 
 
 def main(argv: list[str] | None = None) -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = Parser(__doc__)
     parser.add_argument("--grasps", type=int, default=60, help="grasps to try [60]")
     parser.add_argument("--seed", type=int, default=2000, help="first seed [2000]")
     args = parser.parse_args(argv)
-    if args.grasps < 1 or args.seed < 0:
-        parser.error("--grasps must be at least 1 and --seed at least 0")
+    at_least(parser, args, grasps=1, seed=0)
     jobs = [(PAPER_ORDER[k % 4], args.seed + k // 4) for k in range(args.grasps)]
     found = [r for r in run_all(loads, jobs, "load tests") if r is not None]
     q = np.array([values for _, values, _ in found])

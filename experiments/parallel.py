@@ -10,7 +10,7 @@ from typing import TypeVar
 from rich.console import Console
 from rich.progress import track
 
-from sdh_sim.campaign.campaign import default_workers
+from sdh_sim.run_options import default_workers
 from sdh_sim.thread_limits import limit_threads
 
 Job = TypeVar("Job")

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
-from sdh_sim.objects.catalogue import PAPER_ORDER
+from experiments.command_line import Parser
+from sdh_sim.objects import PAPER_ORDER
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.trial import run_trial
-from sdh_sim.trial.trial_log import TrialLog
+from sdh_sim.trial import TrialLog, run_trial
 from sdh_sim.viewing.render import draw_frames, milestones
 
 # First seed to try and approach of each object's picture, chosen for the view.
@@ -42,7 +41,7 @@ def save(frames: list[np.ndarray], path: Path) -> None:
 
 def main(argv: list[str] | None = None) -> None:
     """Draw them all."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = Parser(__doc__)
     parser.add_argument("--out", type=Path, default=Path("docs/images"), help="folder")
     args = parser.parse_args(argv)
     args.out.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""How sure the labels are: the same grasps with other time steps, moved by a hair, with noise.
+"""How certain the labels are: the same grasps with other time steps, moved a little, with noise.
 
 What moving the hand by 10 µm changes is how far a label can be known at all: a time step that
 changes no more is fine enough.
@@ -6,8 +6,6 @@ changes no more is fine enough.
 
 from __future__ import annotations
 
-import argparse
-import functools
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -15,14 +13,14 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from experiments.command_line import Parser, at_least
 from experiments.parallel import run_all
-from sdh_sim.analysis.proportion import Rate
-from sdh_sim.cell.scene import Scene, build_scene
-from sdh_sim.grasping.motion_plan import Course, find_course
-from sdh_sim.objects.catalogue import PAPER_ORDER, object_info
+from sdh_sim.analysis.proportion import Proportion
+from sdh_sim.cell import scene_of
+from sdh_sim.objects import PAPER_ORDER
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.repeats import grasp_and_lift, perturbed
-from sdh_sim.trial.trial import run_trial
+from sdh_sim.trial import Trial, run_trial
+from sdh_sim.trial.repeats import perturbed
 
 CLOSE = 1.0  # motions nearer than this are one motion, whatever their labels [mm, deg]
 
@@ -50,52 +48,46 @@ VARIANTS = (
 )
 
 
-class Motion(NamedTuple):
+class Label(NamedTuple):
     """Label of a trial and how far the object moved and turned in the hand [mm, deg]."""
 
     held: bool
     moved: float
     turned: float
 
-    def near(self, other: Motion) -> bool:
+    def near(self, other: Label) -> bool:
         """Whether two motions are the same within CLOSE."""
         return abs(self.moved - other.moved) < CLOSE and abs(self.turned - other.turned) < CLOSE
 
 
 @dataclass(frozen=True)
 class Pair:
-    """Motion of one grasp at the default and in every variant."""
+    """Label of one grasp at the default and in every variant."""
 
-    usual: Motion
-    others: tuple[Motion, ...]
+    usual: Label
+    others: tuple[Label, ...]
 
 
 def pair(job: tuple[str, int]) -> Pair:
     """Run one grasp in all variants."""
     name, seed = job
-    usual = TrialSettings(object=name)
-    course = find_course(_scene(usual), object_info(name), np.random.default_rng(seed))
-    return Pair(_motion(usual, course), tuple(_variant(usual, course, v, seed) for v in VARIANTS))
+    usual = Trial(TrialSettings(object=name), seed)
+    return Pair(_label(usual), tuple(_label(_variant(usual, v)) for v in VARIANTS))
 
 
-def _variant(usual: TrialSettings, course: Course, variant: Variant, seed: int) -> Motion:
-    settings = replace(usual, timestep=variant.timestep)
+def _variant(usual: Trial, variant: Variant) -> Trial:
+    motion = usual.motion
     if variant.aside:
-        noise = replace(usual, repeat_position=variant.aside, repeat_angle=0.0)
-        copy = perturbed(_scene(noise), object_info(usual.object), course,
-                         np.random.default_rng((seed, 1)))  # fmt: skip
-        course = course if copy is None else copy
-    return _motion(settings, course)
+        noise = replace(usual.settings, repeat_position=variant.aside, repeat_angle=0.0)
+        rng = np.random.default_rng((usual.seed, 1))
+        motion = perturbed(scene_of(noise), motion, rng) or motion
+    settings = replace(usual.settings, timestep=variant.timestep)
+    return Trial(settings, usual.seed, motion=motion)
 
 
-def _motion(settings: TrialSettings, course: Course) -> Motion:
-    failure, moved, turned = grasp_and_lift(_scene(settings), object_info(settings.object), course)
-    return Motion(failure == "none", moved, turned)
-
-
-@functools.lru_cache(maxsize=20)
-def _scene(settings: TrialSettings) -> Scene:
-    return build_scene(settings)
+def _label(trial: Trial) -> Label:
+    failure, motion = trial.grasp_and_lift()
+    return Label(failure == "none", motion.displacement_mm, motion.rotation_deg)
 
 
 def noisy(job: tuple[str, int, int]) -> tuple[str, bool, float]:
@@ -107,14 +99,13 @@ def noisy(job: tuple[str, int, int]) -> tuple[str, bool, float]:
 
 def main(argv: list[str] | None = None) -> None:
     """Print both tables."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser = Parser(__doc__)
     parser.add_argument("--grasps", type=int, default=400, help="for the time step [400]")
     parser.add_argument("--noisy", type=int, default=40, help="grasps to repeat with noise [40]")
     parser.add_argument("--repeats", type=int, default=10, help="copies of each [10]")
     parser.add_argument("--seed", type=int, default=1000, help="first seed [1000]")
     args = parser.parse_args(argv)
-    if min(args.grasps, args.noisy, args.repeats) < 0 or args.seed < 0:
-        parser.error("--grasps, --noisy, --repeats and --seed must not be negative")
+    at_least(parser, args, grasps=0, noisy=0, repeats=0, seed=0)
     console = Console(width=110)
     jobs = [(PAPER_ORDER[k % 4], args.seed + k // 4) for k in range(args.grasps)]
     if jobs:
@@ -136,7 +127,7 @@ def step_table(pairs: list[Pair], seed: int) -> Table:
     for k, variant in enumerate(VARIANTS):
         both = [(p.usual, p.others[k]) for p in pairs]
         flipped = [(a, b) for a, b in both if a.held != b.held]
-        flips = Rate(len(flipped), len(pairs))
+        flips = Proportion(len(flipped), len(pairs))
         low, high = flips.interval or (0.0, 1.0)
         apart = [abs(a.moved - b.moved) for a, b in both if a.held and b.held]
         table.add_row(

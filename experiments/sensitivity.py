@@ -3,12 +3,11 @@
     python -m experiments.sensitivity RUN [--out FOLDER] [--seed 0]
 
 The trials of RUN keep their outcomes; the metrics are computed again from the stored snapshots
-with one thing changed. Writes ``sensitivity.png`` and ``sensitivity.csv``.
+with one assumption changed. Writes ``sensitivity.png`` and ``sensitivity.csv``.
 """
 
 from __future__ import annotations
 
-import argparse
 import csv
 import functools
 import sys
@@ -22,17 +21,18 @@ from rich.console import Console
 from rich.table import Table
 
 import graspq as gq
+from experiments.command_line import Parser
 from experiments.parallel import run_all
 from sdh_sim.analysis.comparison import auc
-from sdh_sim.metrics.stored_grasps import object_of, read_stored, snapshot_of
-from sdh_sim.objects.catalogue import ObjectInfo
+from sdh_sim.errors import RecordError
+from sdh_sim.metrics import object_of, read_stored, snapshot_of
+from sdh_sim.objects import ObjectInfo
 from sdh_sim.poses import rotation_of
-from sdh_sim.records.schema import NO_TRUTH, RecordError
-from sdh_sim.robot.hand import MOTOR_NAMES, HandKinematics
-from sdh_sim.runs.folder import RunFolder
-from sdh_sim.sensing.pad_contacts import pad_contacts
-from sdh_sim.sensing.perceived_grasp import GRAVITY, TASK_RADIUS, TASK_SAMPLES
-from sdh_sim.sensing.snapshot import TactileSnapshot
+from sdh_sim.records import NO_TRUTH
+from sdh_sim.robot import MOTOR_NAMES, HandKinematics
+from sdh_sim.runs import RunFolder
+from sdh_sim.sensing import GRAVITY, TactileSnapshot, pad_contacts
+from sdh_sim.sensing.perceived_grasp import TASK_RADIUS, TASK_SAMPLES
 from sdh_sim.user_references import ObjectFolder
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -63,7 +63,7 @@ ASSUMPTIONS = {
     "radius": Assumption("centre of mass radius", "mm", (0, 2, 4, 20 / 3, 10, 15, 20), 20 / 3),
     "edges": Assumption("edges of the friction cone", "", (3, 4, 6, 8, 12, 24, 48), 12),
     "noise": Assumption("noise of the readings", "%", (0, 5, 10, 20, 40, 80), 0),
-    "dead": Assumption("dead cells", "%", (0, 5, 10, 20, 40, 60), 0),
+    "dead": Assumption("dead taxels", "%", (0, 5, 10, 20, 40, 60), 0),
     "position": Assumption("tracked position, s.d.", "mm", (0, 1, 2, 4, 8, 16), 0),
     "rotation": Assumption("tracked rotation, s.d.", "deg", (0, 1, 2, 4, 8, 16), 0),
     "offset": Assumption("object frame off along its z", "mm", (-20, -10, -5, 0, 5, 10, 20), 0),
@@ -85,21 +85,21 @@ Grasp = tuple[TactileSnapshot, ObjectInfo, tuple[float, float]]
 
 def changed(grasp: Grasp, setting: Setting, rng: np.random.Generator) -> Grasp:
     """What the prediction takes in, with the setting's change."""
-    snapshot, thing, limits = grasp
+    snapshot, obj, limits = grasp
     value = setting.value
     shift, turn = rng.standard_normal(3), rng.standard_normal(3)
     if setting.key == "friction":
-        return snapshot, replace(thing, friction=thing.friction * value), limits
+        return snapshot, replace(obj, friction=obj.friction * value), limits
     if setting.key == "mass":
-        return snapshot, replace(thing, mass_kg=thing.mass_kg * value), limits
+        return snapshot, replace(obj, mass_kg=obj.mass_kg * value), limits
     if setting.key == "torque":
-        return snapshot, thing, (limits[0] * value, limits[1] * value)
+        return snapshot, obj, (limits[0] * value, limits[1] * value)
     if setting.key == "offset":
-        return snapshot, replace(thing, com_m=thing.com_m + 1e-3 * value * UP), limits
+        return snapshot, replace(obj, com_m=obj.com_m + 1e-3 * value * UP), limits
     if setting.key in ("position", "rotation"):
         angle = np.radians(value) * turn if setting.key == "rotation" else np.zeros(3)
         by = 1e-3 * value * shift if setting.key == "position" else np.zeros(3)
-        return moved(snapshot, by, angle), thing, limits
+        return moved(snapshot, by, angle), obj, limits
     change = {
         "noise": lambda a: np.maximum(a * (1 + 0.01 * value * rng.standard_normal(a.shape)), 0.0),
         "dead": lambda a: np.where(rng.random(a.shape) < 0.01 * value, 0.0, a),
@@ -108,7 +108,7 @@ def changed(grasp: Grasp, setting: Setting, rng: np.random.Generator) -> Grasp:
     if change is None:
         return grasp
     arrays = {name: change(getattr(snapshot, name)) for name in ("proximal", "distal")}
-    return replace(snapshot, **arrays), thing, limits
+    return replace(snapshot, **arrays), obj, limits
 
 
 def moved(snapshot: TactileSnapshot, by: np.ndarray, angle: np.ndarray) -> TactileSnapshot:
@@ -130,25 +130,25 @@ def scores(setting: Setting, grasps: Sequence[Grasp | None], pads: str, seed: in
             continue
         # The same draws for every value: curves differ by the assumption alone.
         rng = np.random.default_rng((seed, row))
-        snapshot, thing, limits = changed(grasp, setting, rng)
+        snapshot, obj, limits = changed(grasp, setting, rng)
         share = setting.value if setting.key == "normals" else 1.0
-        contacts = pad_contacts(snapshot, thing, limits, pads, hand, share)
+        contacts = pad_contacts(snapshot, obj, limits, pads, hand, share)
         if not contacts:
             continue
         edges = int(setting.value) if setting.key == "edges" else 12
         radius = 1e-3 * setting.value if setting.key == "radius" else TASK_RADIUS
-        task = _task(snapshot, thing, radius)
+        task = _task(snapshot, obj, radius)
         sets = [gq.contact_wrenches(p.contact, edges=edges, augment="hf") for p in contacts]
         for k, bound in enumerate(("linf", "l1")):
             found[row, k] = gq.task_scaling(sets, task, bound=bound).value
     return found
 
 
-def _task(snapshot: TactileSnapshot, thing: ObjectInfo, radius: float) -> np.ndarray:
+def _task(snapshot: TactileSnapshot, obj: ObjectInfo, radius: float) -> np.ndarray:
     down = np.array([0.0, 0.0, -GRAVITY])
     hand = rotation_of(snapshot.hand_pose_world[3:])
     local = rotation_of(snapshot.object_pose_hand[3:]).T @ hand.T @ down
-    return gq.gravity_tasks(thing.mass_kg, np.zeros(3), local, radius, TASK_SAMPLES)
+    return gq.gravity_tasks(obj.mass_kg, np.zeros(3), local, radius, TASK_SAMPLES)
 
 
 def read_grasps(run: Path) -> tuple[list[Grasp | None], np.ndarray]:
@@ -173,7 +173,7 @@ def _grasp(row: dict[str, Any], folders: Mapping[str, ObjectFolder]) -> Grasp | 
 
 def main(argv: list[str] | None = None) -> int:
     """Print the table, draw the curves."""
-    parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
+    parser = Parser(__doc__)
     parser.add_argument("run", type=Path, help="run folder of sdh-sim lift")
     parser.add_argument("--out", type=Path, help="where to write [RUN/report]")
     parser.add_argument("--seed", type=int, default=0, help="of the noise [0]")

@@ -2,28 +2,21 @@
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass, replace
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from experiments.command_line import Parser, at_least
 from experiments.parallel import run_all
 from sdh_sim.analysis.comparison import auc
-from sdh_sim.cell.scene import build_scene
-from sdh_sim.cell.simulation import Cell
-from sdh_sim.grasping.acquire import acquire
-from sdh_sim.grasping.motion_plan import find_course
-from sdh_sim.metrics.prediction import predict
-from sdh_sim.objects.catalogue import PAPER_ORDER, object_info
-from sdh_sim.robot.hand import HandKinematics
-from sdh_sim.robot.pads import arrays
-from sdh_sim.sensing.tactile_sensor import SensorModel, TactileSensor
+from sdh_sim.metrics import predict
+from sdh_sim.objects import PAPER_ORDER
+from sdh_sim.robot import arrays
+from sdh_sim.sensing import SensorModel, TactileFrames, TactileSensor, take_snapshot
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial import outcome
-from sdh_sim.trial.lift import lift
-from sdh_sim.trial.trial import take_snapshot
+from sdh_sim.trial import Trial, classify
 
 DSA = SensorModel()
 PERFECT = SensorModel(
@@ -40,24 +33,9 @@ VARIANTS: dict[str, SensorModel | None] = {
     "+ noise": replace(PERFECT, noise=DSA.noise),
     "+ gain spread": replace(PERFECT, gain_spread=DSA.gain_spread),
     "dsa: all of these": DSA,
-    "dsa, 5 % dead cells": replace(DSA, dead_share=0.05),
-    "dsa, 20 % dead cells": replace(DSA, dead_share=0.2),
+    "dsa, 5 % dead taxels": replace(DSA, dead_share=0.05),
+    "dsa, 20 % dead taxels": replace(DSA, dead_share=0.2),
 }
-
-
-class Bank:
-    """Many sensors on the same pads; stands where a trial has one."""
-
-    def __init__(self, seed: int) -> None:
-        self.sensors = {
-            name: TactileSensor(model, np.random.default_rng((seed, 1)))
-            for name, model in VARIANTS.items()
-        }
-
-    def frame(self, forces: np.ndarray) -> None:
-        """Hand a frame of forces (486,) [N] on to every sensor."""
-        for sensor in self.sensors.values():
-            sensor.frame(forces)
 
 
 @dataclass(frozen=True)
@@ -73,36 +51,30 @@ def observe(job: tuple[str, int]) -> Seen:
     """Run one grasp and predict from what each sensor reads."""
     name, seed = job
     settings = TrialSettings(object=name)
-    scene, thing = build_scene(settings), object_info(name)
-    course, cell = find_course(scene, thing, np.random.default_rng(seed)), Cell(scene)
-    bank = cell.sensor = Bank(seed)  # type: ignore[assignment]
-    acquire(cell, thing, course)
-    cell.sensor = None
-    snapshot, hand = take_snapshot(cell), HandKinematics()
+    sensors = [
+        TactileSensor(model, np.random.default_rng((seed, 1))) for model in VARIANTS.values()
+    ]
+    trial = Trial(settings, seed, observers=[TactileFrames(sensor) for sensor in sensors])
+    trial.acquire()
+    snapshot = take_snapshot(trial.simulation)
     found = []
-    for sensor in bank.sensors.values():
+    for sensor in sensors:
         proximal, distal = arrays(sensor.read())
-        said = predict(
-            replace(snapshot, proximal=proximal, distal=distal),
-            thing, settings.torque_limit, settings.pads, hand,
-        )  # fmt: skip
+        seen = replace(snapshot, proximal=proximal, distal=distal)
+        said = predict(seen, trial.scene.obj, settings.torque_limit, settings.pads)
         found.append((said.q_linf, said.q_l1, len(said.contacts)))
-    failure = "no_contact"
-    if sum(cell.hand_touch()) > 0.0:
-        moved, turned, fell = lift(cell, thing, course, snapshot.object_pose_hand)
-        failure = outcome.classify(True, fell, moved, turned)
+    held = trial.touched and classify(trial.lift()) == "none"
     values = np.array(found)
-    return Seen(failure == "none", values[:, :2], values[:, 2])
+    return Seen(held, values[:, :2], values[:, 2])
 
 
 def main(argv: list[str] | None = None) -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = Parser(__doc__)
     parser.add_argument("--grasps", type=int, default=200, help="grasps, all objects [200]")
     parser.add_argument("--seed", type=int, default=3000, help="first seed [3000]")
     args = parser.parse_args(argv)
-    if args.grasps < 4 or args.seed < 0:
-        parser.error("--grasps must be at least 4 and --seed at least 0")
+    at_least(parser, args, grasps=4, seed=0)
     jobs = [(PAPER_ORDER[k % 4], args.seed + k // 4) for k in range(args.grasps)]
     seen = run_all(observe, jobs, "grasps")
     held = np.array([s.held for s in seen])

@@ -10,15 +10,15 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
 import graspq as gq
+from experiments.command_line import Parser, at_least, fail
 
 # Friction coefficients of the paper's figure 5.
 OBJECTS = {"box": 0.63, "oval_bottle": 0.63, "spray_bottle": 0.68, "cylindrical_bottle": 0.60}
@@ -40,19 +40,6 @@ class Row:
     volume: np.ndarray
     q_time: float
     gws_time: float
-
-
-class Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line and exits with status 2."""
-
-    def error(self, message: str) -> NoReturn:
-        fail(message)
-
-
-def fail(message: str) -> NoReturn:
-    """Print one line to the error stream and exit with status 2."""
-    print(f"table1: {message}", file=sys.stderr)
-    raise SystemExit(2)
 
 
 def load_mesh(folder: Path) -> tuple[np.ndarray, np.ndarray]:
@@ -199,9 +186,7 @@ def compare_published(path: Path, console: Any) -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the study from the command line."""
-    parser = Parser(
-        prog="python -m experiments.table1", description=(__doc__ or "").splitlines()[0]
-    )
+    parser = Parser(__doc__)
     parser.add_argument("--grasps", type=int, default=250, help="grasps per object")
     parser.add_argument("--objects", nargs="+", default=list(OBJECTS), help="which objects")
     parser.add_argument("--seed", type=int, default=0)
@@ -212,10 +197,7 @@ def main(arguments: list[str] | None = None) -> None:
         help="published grasps (.npz); default: GRASPQ_REFERENCE_DATA where it is set",
     )
     options = parser.parse_args(arguments)
-    if options.grasps < 1:
-        fail(f"--grasps: expected at least 1, got {options.grasps}")
-    if options.seed < 0:
-        fail(f"--seed: expected at least 0, got {options.seed}")
+    at_least(parser, options, grasps=1, seed=0)
     for name in options.objects:
         if name not in OBJECTS:
             fail(f"--objects: unknown {name!r}; there are {', '.join(OBJECTS)}")

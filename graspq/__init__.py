@@ -1,6 +1,6 @@
 """Exact grasp wrench space metrics: contacts in, ε, V and q* out."""
 
-from graspq.ball import epsilon, is_force_closure
+from graspq.ball import LargestBall, epsilon, is_force_closure, largest_ball
 from graspq.batch import ScalingBatch, epsilon_batch, task_scaling_batch, volume_batch
 from graspq.contact import Contact, contact_wrenches
 from graspq.ellipsoid import EllipsoidSet
@@ -22,6 +22,7 @@ __all__ = [
     "GraspError",
     "HandBound",
     "HandScaling",
+    "LargestBall",
     "ScalingBatch",
     "TaskScaling",
     "WrenchSpace",
@@ -33,6 +34,7 @@ __all__ = [
     "gravity_tasks",
     "hand_task_scaling",
     "is_force_closure",
+    "largest_ball",
     "max_normal_force",
     "max_torsion",
     "task_scaling",

@@ -10,9 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from graspq._compiled.body import Bodies
 from graspq.ball import FIRST_FACETS, FIRST_VERTICES, epsilon
 from graspq.errors import GraspError, as_number
-from graspq.inputs import as_bound, as_tasks
+from graspq.inputs import NO_AXES, NO_CENTRES, as_bound, as_tasks
 from graspq.scaling import task_scaling
 
 CHUNKS = 8
@@ -26,15 +27,6 @@ class ScalingBatch(NamedTuple):
     lower: np.ndarray
     upper: np.ndarray
     critical_task: np.ndarray
-
-
-class _Flat(NamedTuple):
-    """All grasps' columns side by side."""
-
-    columns: np.ndarray
-    widths: np.ndarray
-    first: np.ndarray
-    contacts: np.ndarray
 
 
 def task_scaling_batch(
@@ -71,35 +63,23 @@ def task_scaling_batch(
         )
     common = as_tasks(tasks) if shared else None
     out = np.zeros((count, 5))
-    out[:, 0] = np.inf
+    out[:, 0] = 1.0
 
     def stretch(low: int, high: int) -> None:
         # Packed here and not before, so that one thread packs while another computes.
         sets = (common, None) if common is not None else _task_sets(tasks[low:high], low)
-        flat = _flatten(grasps[low:high])
-        if flat is None:
+        bodies = _side_by_side(grasps[low:high], bound)
+        if bodies is None:
             return
-        from graspq._compiled.ray_batch import reach_many
+        from graspq._engines.ray_engine import reach_many
 
         wanted, ends = sets
         if ends is None:
             begins = np.zeros(high - low, dtype=np.int64)
-            ends = np.full(high - low + 1, wanted.shape[1], dtype=np.int64)
+            ends = np.full(high - low, wanted.shape[1], dtype=np.int64)
         else:
-            begins = ends[:-1]
-        stop = 0.1 * tol if tol > 1e-9 else 1e-12
-        reach_many(
-            *flat,
-            bound == "l1",
-            unloading,
-            wanted,
-            begins,
-            ends[1:],
-            0,
-            high - low,
-            stop,
-            out[low:high],
-        )
+            begins, ends = ends[:-1], ends[1:]
+        out[low:high] = reach_many(bodies, wanted, begins, ends, tol)
 
     def one(g: int) -> None:
         own = common if common is not None else tasks[g]
@@ -110,7 +90,7 @@ def task_scaling_batch(
         _spread(count, workers, stretch, _most(grasps))
     elif common is None:
         _task_sets(tasks, 0)
-    left = np.flatnonzero(out[:, 0] > 1)
+    left = np.flatnonzero(out[:, 0])
     _each(left, workers, one)
     return ScalingBatch(out[:, 1], out[:, 2], out[:, 3], out[:, 4].astype(np.int64))
 
@@ -128,30 +108,24 @@ def epsilon_batch(
     as_number("tol", tol, positive=True)
     count = _count(grasps)
     out = np.zeros((count, 2))
-    out[:, 0] = np.inf
+    out[:, 0] = 1.0
 
     def stretch(low: int, high: int) -> None:
-        flat = _flatten(grasps[low:high])
-        if flat is None:
+        bodies = _side_by_side(grasps[low:high], bound)
+        if bodies is None:
             return
-        from graspq._compiled.ball_batch import ball_many
+        from graspq._engines.ball_engine import balls_of
 
-        ball_many(
-            *flat,
-            bound == "l1",
-            unloading,
-            0,
-            high - low,
-            FIRST_FACETS,
-            FIRST_VERTICES,
-            out[low:high],
+        found = balls_of(
+            bodies._replace(holds_origin=bool(unloading)), 0.0, FIRST_FACETS, FIRST_VERTICES
         )
+        out[low:high, 0], out[low:high, 1] = found.status, found.upper
 
     def one(g: int) -> None:
         out[g] = 0, epsilon(_contacts(grasps[g]), bound, unloading, tol)
 
     _spread(count, workers, stretch, _most(grasps))
-    left = np.flatnonzero(out[:, 0] > 0)
+    left = np.flatnonzero(out[:, 0])
     _each(left, workers, one)
     return out[:, 1]
 
@@ -190,46 +164,44 @@ def _contacts(grasp: Any) -> Any:
     return list(grasp) if isinstance(grasp, np.ndarray) and grasp.ndim == 3 else grasp
 
 
-def _flatten(grasps: Sequence[Any] | np.ndarray) -> _Flat | None:
-    """All grasps as one array, or None when a grasp needs the single functions' care."""
+def _side_by_side(grasps: Sequence[Any] | np.ndarray, bound: str) -> Bodies | None:
+    """All grasps as one ``Bodies``, or None when a grasp needs the single functions' care."""
     if isinstance(grasps, np.ndarray) and grasps.dtype.kind in "fiu":
-        return _flatten_array(grasps)
-    try:
-        sizes = [len(grasp) for grasp in grasps]
-        sets = [w for grasp in grasps for w in grasp]
-        columns = np.concatenate(sets, axis=1)
-        widths = np.array([w.shape[1] for w in sets], dtype=np.int64)
-    except (TypeError, ValueError, AttributeError, IndexError):
-        return None
-    if (
-        columns.ndim != 2
-        or columns.shape[0] != 6
-        or columns.dtype.kind not in "fiu"
-        or (min(sizes) == 0 or widths.min() == 0)
-    ):
-        return None
-    return _flat(columns, widths, np.array(sizes, dtype=np.int64))
-
-
-def _flatten_array(grasps: np.ndarray) -> _Flat | None:
-    """``_flatten`` of an array (N, n, 6, l)."""
-    if grasps.ndim != 4 or grasps.shape[2] != 6 or 0 in grasps.shape:
-        return None
-    count, contacts, _, width = grasps.shape
-    columns = grasps.transpose(2, 0, 1, 3).reshape(6, -1)
-    return _flat(columns, np.full(count * contacts, width), np.full(count, contacts))
-
-
-def _flat(columns: np.ndarray, widths: np.ndarray, sizes: np.ndarray) -> _Flat | None:
+        if grasps.ndim != 4 or grasps.shape[2] != 6 or 0 in grasps.shape:
+            return None
+        count, contacts, _, width = grasps.shape
+        columns = grasps.transpose(2, 0, 1, 3).reshape(6, -1)
+        widths, sizes = np.full(count * contacts, width), np.full(count, contacts)
+    else:
+        try:
+            sizes = np.array([len(grasp) for grasp in grasps], dtype=np.int64)
+            sets = [w for grasp in grasps for w in grasp]
+            columns = np.concatenate(sets, axis=1)
+            widths = np.array([w.shape[1] for w in sets], dtype=np.int64)
+        except (TypeError, ValueError, AttributeError, IndexError):
+            return None
+        if columns.ndim != 2 or columns.shape[0] != 6 or columns.dtype.kind not in "fiu":
+            return None
+        if min(sizes) == 0 or widths.min() == 0:
+            return None
     columns = np.ascontiguousarray(columns, dtype=float)
     with np.errstate(invalid="ignore", over="ignore"):
         # The sum is finite when every entry is, short of 1e308.
         if not np.isfinite(columns.sum()):
             return None
-    first, contacts = np.zeros(len(widths) + 1, np.int64), np.zeros(len(sizes) + 1, np.int64)
-    np.cumsum(widths, out=first[1:])
-    np.cumsum(sizes, out=contacts[1:])
-    return _Flat(columns, widths, first, contacts)
+    first_point, first_set = _ends(widths), _ends(sizes)
+    if bound == "l1":
+        # The hull of all contacts is one set.
+        first_point, first_set = first_point[first_set], np.arange(len(first_set))
+    first_ellipsoid = np.zeros(len(first_point), dtype=np.int64)
+    return Bodies(columns, first_point, NO_CENTRES, NO_AXES, first_ellipsoid, first_set, True)
+
+
+def _ends(counts: np.ndarray) -> np.ndarray:
+    """Where each of several runs begins, and the end."""
+    ends = np.zeros(len(counts) + 1, dtype=np.int64)
+    np.cumsum(counts, out=ends[1:])
+    return ends
 
 
 def _task_sets(tasks: Any, first: int) -> tuple[np.ndarray, np.ndarray | None]:
@@ -259,9 +231,7 @@ def _task_sets(tasks: Any, first: int) -> tuple[np.ndarray, np.ndarray | None]:
             except GraspError as error:
                 raise GraspError(f"tasks[{first + g}]: {error}") from error
         every, widths = np.concatenate(sets, axis=1), [t.shape[1] for t in sets]
-    ends = np.zeros(len(widths) + 1, dtype=np.int64)
-    np.cumsum(widths, out=ends[1:])
-    return np.ascontiguousarray(every), ends
+    return np.ascontiguousarray(every), _ends(np.array(widths))
 
 
 def _workers(workers: int | None) -> int:

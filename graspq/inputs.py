@@ -7,27 +7,37 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from graspq._compiled.body import Bodies
 from graspq.ellipsoid import EllipsoidSet
 from graspq.errors import GraspError, as_array, as_choice
 
 BOUNDS = ("linf", "l1")
 
 
-class Packed(NamedTuple):
-    """One grasp as arrays: see ``graspq._oracle`` for ``body``.
+NO_CENTRES, NO_AXES = np.zeros((6, 0)), np.zeros((0, 6, 3))
+NO_OWNERS = np.zeros(0, dtype=np.int64)
 
-    ``owners`` and ``ball_owners`` name the contact of every point and ellipsoid.
+
+class Packed(NamedTuple):
+    """One grasp as arrays.
+
+    Attributes:
+        body: the grasp's wrench space.
+        owners, ellipsoid_owners: contact of every point and ellipsoid.
+        contacts: number of contacts.
+        fillers: number of contacts that were added to fill a flat space's missing directions.
     """
 
-    body: tuple[Any, ...]
+    body: Bodies
     owners: np.ndarray
-    ball_owners: np.ndarray
+    ellipsoid_owners: np.ndarray
     contacts: int
+    fillers: int = 0
 
     @property
     def smooth(self) -> bool:
         """Whether the set has ellipsoids."""
-        return self.body[2].shape[1] > 0
+        return self.body.centres.shape[1] > 0
 
 
 def as_grasp(wrenches: Any) -> list[np.ndarray | EllipsoidSet]:
@@ -95,24 +105,24 @@ def pack(wrenches: Any, bound: str, unloading: bool) -> Packed:
         axes = np.concatenate([w.axes for w in smooth])
     else:
         balls = [0] * len(grasp)
-        centres, axes = np.zeros((6, 0)), np.zeros((0, 6, 3))
-    ball_owners = np.repeat(numbers, balls)
+        centres, axes = NO_CENTRES, NO_AXES
+    ellipsoid_owners = np.repeat(numbers, balls)
     if bound == "l1":
         counts, balls = [sum(counts)], [sum(balls)]
     starts = np.zeros(len(counts) + 1, dtype=np.int64)
     np.cumsum(counts, out=starts[1:])
     ends = np.zeros(len(counts) + 1, dtype=np.int64)
     np.cumsum(balls, out=ends[1:])
-    body = (
+    body = Bodies(
         np.ascontiguousarray(columns),
         starts,
-        centres,
+        np.ascontiguousarray(centres),
         axes,
         ends,
+        np.array([0, len(counts)]),
         bool(unloading),
-        np.zeros(6),
     )
-    return Packed(body, owners, ball_owners, len(grasp))
+    return Packed(body, owners, ellipsoid_owners, len(grasp))
 
 
 def as_bound(bound: Any) -> str:

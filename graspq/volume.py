@@ -11,7 +11,7 @@ from graspq.errors import GraspError
 from graspq.inputs import as_bound, as_polytopes
 
 if TYPE_CHECKING:
-    from graspq._compiled.minkowski_volume import Polytopes
+    from graspq._compiled.polytopes import Polytopes
 
 # Choices of faces that are looked at, at one to four microseconds each; ten soft contacts.
 MOST_CHOICES = 1e7
@@ -81,7 +81,8 @@ def _hull_volume(points: np.ndarray) -> float:
 
 
 def _sum_volume(grasp: list[np.ndarray]) -> float:
-    from graspq._compiled import minkowski_volume as kernel
+    from graspq._compiled.minkowski_volume import PATTERNS, add_facets
+    from graspq._compiled.polytopes import AREA, CLOSURE, VOLUME, workspace_for
 
     for i, w in enumerate(grasp):
         if w.shape[1] > MOST_POINTS:
@@ -98,22 +99,22 @@ def _sum_volume(grasp: list[np.ndarray]) -> float:
             f" {MOST_CHOICES:.0g}; take fewer edges or contacts"
         )
     polytopes = _polytopes(grasp, lattices)
-    work = kernel.workspace_for(polytopes)
-    for pattern in kernel.PATTERNS:
-        kernel.add_facets(polytopes, work, pattern)
-    area_vector = work.sums[kernel.CLOSURE : kernel.CLOSURE + 6]
-    gap = float(np.abs(area_vector).max() / work.sums[kernel.AREA])
+    work = workspace_for(polytopes)
+    for pattern in PATTERNS:
+        add_facets(polytopes, work, pattern)
+    area_vector = work.sums[CLOSURE : CLOSURE + 6]
+    gap = float(np.abs(area_vector).max() / work.sums[AREA])
     if gap > MOST_OPEN:
         raise GraspError(
             f"volume: the facets leave a share of {gap:.0e} of the surface open, since faces of a"
             " contact's set cannot be told apart; take another number of edges, or augment='none'"
         )
-    return float(work.sums[kernel.VOLUME] / 6.0)
+    return float(work.sums[VOLUME] / 6.0)
 
 
 def _polytopes(grasp: list[np.ndarray], lattices: list[Lattice]) -> Polytopes:
-    """The sets in general position, with their faces, packed for the kernel."""
-    from graspq._compiled.minkowski_volume import BASE, BASIS, COVER, COVERS, Polytopes
+    """The sets in general position, with their faces, packed for the"""
+    from graspq._compiled.polytopes import BASE, BASIS, COVER, COVERS, Polytopes
 
     rng = np.random.default_rng(20170)
     turns = [np.eye(6) + GENERAL_POSITION * rng.uniform(-1.0, 1.0, (6, 6)) for _ in grasp]
@@ -139,7 +140,7 @@ def _polytopes(grasp: list[np.ndarray], lattices: list[Lattice]) -> Polytopes:
 
 
 def _choices(lattices: list[Lattice]) -> float:
-    """About how many combinations of faces the kernel looks at."""
+    """About how many combinations of faces are looked at."""
     counts = np.array([np.diff(x.first) for x in lattices], dtype=float)
     faces = counts.sum(axis=0)
 

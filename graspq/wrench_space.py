@@ -35,13 +35,10 @@ class WrenchSpace:
 
     def support(self, directions: ArrayLike) -> np.ndarray:
         """Return h(u) = max u·w over the space, for (6,) a number, for (m, 6) shape (m,)."""
-        from graspq._compiled.support_function import support
+        from graspq._engines.bodies import support_values
 
         u = as_array("directions", np.atleast_2d(np.asarray(directions, float)), (None, 6))
-        body = self._packed.body
-        score, choice = np.empty(body[0].shape[1]), np.empty(len(body[1]) - 1, np.int64)
-        rest: Any = (*body, score, choice, np.empty(6))
-        values = np.array([support(row, *rest) for row in u])
+        values = support_values(self._packed.body, u.T)
         return values[0] if np.ndim(directions) == 1 else values
 
     def contains(self, wrench: ArrayLike, tol: float = 1e-9) -> bool:
@@ -53,11 +50,9 @@ class WrenchSpace:
             return not task_scaling(self.wrenches, np.eye(6)[:1].T, self.bound, False).value < 0
         if self.unloading:
             return task_scaling(self.wrenches, w, self.bound, True).value >= 1.0 - tol
-        from graspq._compiled.span_and_whitening import spread
+        from graspq._engines.bodies import span_of
 
-        inner, size = np.empty(6), np.empty(6)
-        spread(self._packed.body, inner, size, np.empty((6, 6)))
-        ray = w - inner
+        ray = w - span_of(self._packed.body).inner
         if not ray.any():
             return True
         moved = [
@@ -128,34 +123,26 @@ class WrenchSpace:
         raise GraspError(f"slice: {len(planes)} planes were not enough; take a larger tol")
 
     def _stops(self, points: np.ndarray, rows: slice) -> tuple[np.ndarray, np.ndarray]:
-        from graspq._compiled.slice_planes import stops
-        from graspq._compiled.span_and_whitening import spread
-        from graspq._engines.ray_engine import missing_directions
+        from graspq._engines.bodies import filled, span_of
+        from graspq._engines.ray_engine import reaches
 
         if not self.unloading:
             raise GraspError("slice: needs unloading=True, so that the space holds the origin")
-        body = self._packed.body
-        inner, size = np.empty(6), np.empty(6)
-        pads = np.zeros((0, 6))
+        packed, span = self._packed, span_of(self._packed.body)
         rays = np.zeros((6, len(points)))
         rays[rows] = points.T
-        if spread(body, inner, size, np.empty((6, 6))) == 0.0:
-            pads = missing_directions(self._packed, size)
-            unit = np.where(size > 0, size, 1.0)
-            if (
-                pads.size
-                and np.abs((pads / unit) @ (rays / unit[:, None])).max()
-                > 1e-9 * np.abs(rays / unit[:, None]).max()
-            ):
+        if span.rank < 6:
+            scaled = rays / span.size[:, None]
+            if np.abs(span.normals @ scaled).max() > 1e-9 * np.abs(scaled).max():
                 raise GraspError("slice: it is flat, the contacts cannot exert every direction")
-        reaches, planes = np.zeros(len(points)), np.zeros((len(points), 6))
-        stop = 1e-6 if self._packed.smooth else 1e-12
-        if not stops(rays, body, pads, stop, reaches, planes):
+            packed = filled(packed, span)
+        status, found, planes = reaches(packed.body, rays, 1e-6 if packed.smooth else 1e-12)
+        if status.any():
             raise GraspError(
                 "slice: the origin is not strictly inside it, so some directions"
                 " cannot be exerted at all"
             )
-        return reaches, planes[:, rows]
+        return found, planes[rows].T
 
     def _drawn(self, i: int) -> np.ndarray:
         w = self.wrenches[i]

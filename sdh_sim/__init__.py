@@ -10,31 +10,31 @@ import os
 import sys
 from typing import TYPE_CHECKING, Any
 
+from sdh_sim._version import __version__ as __version__
+
 if TYPE_CHECKING:
-    from sdh_sim.campaign.campaign import run_campaign
-    from sdh_sim.campaign.session import RunResult
-    from sdh_sim.errors import CampaignError, RunError, SettingsError
-    from sdh_sim.metrics.built_in import METRICS, evaluate
-    from sdh_sim.metrics.prediction import Prediction, predict
-    from sdh_sim.metrics.stored_grasps import grasp_of, object_of, snapshot_of
-    from sdh_sim.metrics.user_metrics import find_metrics
+    from sdh_sim.campaign import RunResult, run_campaign
+    from sdh_sim.errors import CampaignError, RecordError, RunError, SettingsError
+    from sdh_sim.metrics import (
+        METRICS,
+        Prediction,
+        evaluate,
+        find_metrics,
+        grasp_of,
+        object_of,
+        predict,
+        snapshot_of,
+    )
     from sdh_sim.model_files import models_dir
-    from sdh_sim.objects.catalogue import ObjectInfo, object_info, object_names, user_object
-    from sdh_sim.records.parquet_files import read_rows, read_table
-    from sdh_sim.records.rows import stack
-    from sdh_sim.records.schema import COLUMNS, RecordError
-    from sdh_sim.robot.hand import HandKinematics
-    from sdh_sim.runs.folder import RunFolder
-    from sdh_sim.runs.plan import RunPlan
-    from sdh_sim.sensing.pad_contacts import PadContact
-    from sdh_sim.sensing.perceived_grasp import PerceivedGrasp, perceive
-    from sdh_sim.sensing.snapshot import TactileSnapshot
+    from sdh_sim.objects import ObjectInfo, object_info, object_names, user_object
+    from sdh_sim.records import COLUMNS, TrialRow, read_rows, read_table, stack
+    from sdh_sim.robot import HandKinematics
+    from sdh_sim.runs import RunFolder, RunPlan
+    from sdh_sim.sensing import PadContact, PerceivedGrasp, TactileSnapshot, perceive
     from sdh_sim.settings import TrialSettings
-    from sdh_sim.trial.trial import TrialResult, run_trial
+    from sdh_sim.trial import Trial, TrialResult, run_trial
     from sdh_sim.viewing.recording import write_recording
     from sdh_sim.viewing.render import render_trial
-
-__version__ = "0.1.0"
 
 __all__ = [
     "COLUMNS",
@@ -52,7 +52,9 @@ __all__ = [
     "RunResult",
     "SettingsError",
     "TactileSnapshot",
+    "Trial",
     "TrialResult",
+    "TrialRow",
     "TrialSettings",
     "evaluate",
     "find_metrics",
@@ -75,24 +77,22 @@ __all__ = [
 ]
 
 _MODULES = {
-    "campaign": ("CampaignError", "RunResult", "run_campaign"),
-    "hand": ("HandKinematics",),
-    "metrics": ("METRICS", "evaluate"),
+    "campaign": ("RunResult", "run_campaign"),
+    "errors": ("CampaignError", "RecordError", "RunError", "SettingsError"),
+    "metrics": (
+        *("METRICS", "Prediction", "evaluate", "find_metrics"),
+        *("grasp_of", "object_of", "predict", "snapshot_of"),
+    ),
     "model_files": ("models_dir",),
     "objects": ("ObjectInfo", "object_info", "object_names", "user_object"),
-    "pad_contact": ("PadContact",),
-    "perception": ("PerceivedGrasp", "perceive"),
-    "prediction": ("Prediction", "predict"),
-    "recording": ("write_recording",),
-    "records": ("COLUMNS", "RecordError", "read_rows", "read_table", "stack"),
-    "render": ("render_trial",),
-    "run_folder": ("RunError", "RunFolder"),
-    "run_plan": ("RunPlan",),
-    "settings": ("SettingsError", "TrialSettings"),
-    "stored": ("grasp_of", "object_of", "snapshot_of"),
-    "tactile": ("TactileSnapshot",),
-    "trial": ("TrialResult", "run_trial"),
-    "user_metrics": ("find_metrics",),
+    "records": ("COLUMNS", "TrialRow", "read_rows", "read_table", "stack"),
+    "robot": ("HandKinematics",),
+    "runs": ("RunFolder", "RunPlan"),
+    "sensing": ("PadContact", "PerceivedGrasp", "TactileSnapshot", "perceive"),
+    "settings": ("TrialSettings",),
+    "trial": ("Trial", "TrialResult", "run_trial"),
+    "viewing.recording": ("write_recording",),
+    "viewing.render": ("render_trial",),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 

@@ -1,14 +1,15 @@
-"""What a user can choose about a trial, checked at the door."""
+"""What a user can choose about a trial: the table of its settings, checked when one is made."""
 
 from __future__ import annotations
 
 import contextlib
 import dataclasses
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from sdh_sim.errors import SettingsError
+from sdh_sim.setting_table import check, setting
 from sdh_sim.user_references import ObjectFolder, UserMetric, check_metrics, metrics_from, plain
 
 PAPER_TORQUE_FACTOR = 0.781  # Krug et al.: share of the data-sheet torque used in section IV-B
@@ -17,111 +18,168 @@ PAPER_TORQUE_LIMIT = (
     round(DATASHEET_TORQUE_LIMIT[0] * PAPER_TORQUE_FACTOR, 4),
     round(DATASHEET_TORQUE_LIMIT[1] * PAPER_TORQUE_FACTOR, 4),
 )
-
-SENSORS = ("dsa", "ideal")
-PADS = ("all", "distal")
-LOAD_TESTS = ("none", "gravity", "directions")
-DISTURBANCES = ("none", "turn", "shake")
-ARMS = ("servo", "rigid")
-GRASPS = ("any", "precision")
-
-CHOICES = {
-    "sensor": SENSORS,
-    "pads": PADS,
-    "arm": ARMS,
-    "grasps": GRASPS,
-    "load_test": LOAD_TESTS,
-    "disturbance": DISTURBANCES,
-}
-RANGES = {
-    "timestep": (1e-4, 5e-3, "s"),
-    "pad_modulus": (5e4, 5e7, "Pa"),
-    "pad_thickness": (5e-4, 2e-2, "m"),
-    "repeats": (0, 1000, ""),
-    "repeat_position": (0.0, 0.1, "m"),
-    "repeat_angle": (0.0, 1.0, "rad"),
-    "repeat_friction": (0.0, 0.5, ""),
-    "position_error": (0.0, 0.1, "m"),
-    "angle_error": (0.0, 1.0, "rad"),
-    "friction_error": (0.0, 0.5, ""),
-    "mass_error": (0.0, 0.5, ""),
-}
+LARGEST_TORQUE = 100.0  # [N m] that a motor may have
 
 
 @dataclass(frozen=True)
 class TrialSettings:
     """One trial's conditions; with a seed they decide it completely.
 
-    Attributes:
-        object: name of an object model (``sdh-sim objects`` lists them).
-        torque_limit: motor torque limits [N m]: (spread and proximal joints, distal joints).
-        sensor: ``dsa`` reads as the real arrays do, ``ideal`` the pressure itself.
-        pads: pads whose readings the prediction uses: ``all`` six or the ``distal`` three.
-        timestep: simulation step [s].
-        pad_modulus: Young's modulus of the pad rubber [Pa].
-        pad_thickness: thickness of the pad rubber [m].
-        grasps: ``any``, or ``precision`` for fingertip grasps alone.
-        arm: ``servo`` for the arm's own joint servos, ``rigid`` for a hundred times their
-            stiffness.
-        load_test: after the verdict scale the weight until the object gives way (``gravity``);
-            ``directions`` tries forces and moments along the hand's axes too.
-        disturbance: after the hold ``turn`` the wrist by 120 degrees either way, or ``shake`` it.
-        repeats: perturbed copies of the trial that give a probability of success.
-        repeat_position: standard deviation of the copies' hand position along each axis [m].
-        repeat_angle: standard deviation of the copies' roll [rad].
-        repeat_friction: relative standard deviation of the copies' friction.
-        position_error: standard deviation of the tracked object's position along each axis [m], as
-            the metrics see it.
-        angle_error: standard deviation of its rotation about each axis [rad].
-        friction_error: relative standard deviation of the friction that the metrics assume.
-        mass_error: relative standard deviation of the mass that they assume.
-        folder: of a user's object; None takes the object model of that name.
-        metrics: users' metrics, beside the built-in ones.
+    Each field says what it means, what is allowed and its unit; the page Settings of the
+    documentation, ``sdh-sim lift --help`` and the checks are made from these lines.
 
     Raises:
-        SettingsError: a value out of range.
+        SettingsError: a value that is not allowed.
     """
 
-    object: str
-    torque_limit: tuple[float, float] = PAPER_TORQUE_LIMIT
-    sensor: str = "dsa"
-    pads: str = "all"
-    timestep: float = 0.002
-    pad_modulus: float = 1.0e6
-    pad_thickness: float = 3.0e-3
-    grasps: str = "any"
-    arm: str = "servo"
-    load_test: str = "none"
-    disturbance: str = "none"
-    repeats: int = 0
-    repeat_position: float = 0.002
-    repeat_angle: float = 0.02
-    repeat_friction: float = 0.05
-    position_error: float = 0.0
-    angle_error: float = 0.0
-    friction_error: float = 0.0
-    mass_error: float = 0.0
-    folder: ObjectFolder | None = None
-    metrics: tuple[UserMetric, ...] = ()
+    object: str = field(
+        metadata=setting("Name of the object.", allowed="see `sdh-sim objects`", option=False)
+    )
+    torque_limit: tuple[float, float] = field(
+        default=PAPER_TORQUE_LIMIT,
+        metadata=setting(
+            "Motor torque limits: spread and proximal joints, distal joints.",
+            unit="N m",
+            allowed=f"two, each above 0 and at most {LARGEST_TORQUE:g}",
+        ),
+    )
+    sensor: str = field(
+        default="dsa",
+        metadata=setting(
+            "dsa: as the real arrays read; ideal: the pressure itself.", choices=("dsa", "ideal")
+        ),
+    )
+    pads: str = field(
+        default="all",
+        metadata=setting(
+            "Pads whose readings the prediction uses: all six or the distal three.",
+            choices=("all", "distal"),
+        ),
+    )
+    timestep: float = field(
+        default=0.002, metadata=setting("Simulation step.", span=(1e-4, 5e-3), unit="s")
+    )
+    pad_modulus: float = field(
+        default=1.0e6,
+        metadata=setting("Young's modulus of the pads' rubber.", span=(5e4, 5e7), unit="Pa"),
+    )
+    pad_thickness: float = field(
+        default=3.0e-3,
+        metadata=setting(
+            "Thickness of the pads' rubber.", span=(5e-4, 2e-2), unit="m", option=False
+        ),
+    )
+    grasps: str = field(
+        default="any",
+        metadata=setting("any, or precision: fingertips alone.", choices=("any", "precision")),
+    )
+    arm: str = field(
+        default="servo",
+        metadata=setting(
+            "servo: the arm's own joint servos; rigid: a hundred times their stiffness, "
+            "so that nothing moves it.",
+            choices=("servo", "rigid"),
+        ),
+    )
+    load_test: str = field(
+        default="none",
+        metadata=setting(
+            "After the verdict load each grasp until it gives way: gravity (column q_sim), or "
+            "directions for forces and moments along the hand's axes too.",
+            choices=("none", "gravity", "directions"),
+        ),
+    )
+    disturbance: str = field(
+        default="none",
+        metadata=setting(
+            "After the hold turn the wrist 120 degrees either way, or shake the hand.",
+            choices=("none", "turn", "shake"),
+        ),
+    )
+    repeats: int = field(
+        default=0,
+        metadata=setting(
+            "Perturbed copies of each trial, for a probability of success.", span=(0, 1000)
+        ),
+    )
+    repeat_position: float = field(
+        default=0.002,
+        metadata=setting(
+            "Position noise of the copies: standard deviation of the hand along each axis.",
+            span=(0.0, 0.1),
+            unit="m",
+        ),
+    )
+    repeat_angle: float = field(
+        default=0.02,
+        metadata=setting(
+            "Roll noise of the copies: standard deviation.", span=(0.0, 1.0), unit="rad"
+        ),
+    )
+    repeat_friction: float = field(
+        default=0.05,
+        metadata=setting(
+            "Friction noise of the copies: relative standard deviation.", span=(0.0, 0.5)
+        ),
+    )
+    position_error: float = field(
+        default=0.0,
+        metadata=setting(
+            "Error of the object's tracked position, as the metrics see it: standard deviation "
+            "along each axis.",
+            span=(0.0, 0.1),
+            unit="m",
+        ),
+    )
+    angle_error: float = field(
+        default=0.0,
+        metadata=setting(
+            "Error of its tracked rotation: standard deviation about each axis.",
+            span=(0.0, 1.0),
+            unit="rad",
+        ),
+    )
+    friction_error: float = field(
+        default=0.0,
+        metadata=setting(
+            "Relative error of the friction that the metrics assume: standard deviation.",
+            span=(0.0, 0.5),
+        ),
+    )
+    mass_error: float = field(
+        default=0.0,
+        metadata=setting(
+            "Relative error of the mass that the metrics assume: standard deviation.",
+            span=(0.0, 0.5),
+        ),
+    )
+    folder: ObjectFolder | None = field(
+        default=None,
+        metadata=setting(
+            "Folder of a user's own object; None takes the built-in one of that name.",
+            option=False,
+        ),
+    )
+    metrics: tuple[UserMetric, ...] = field(
+        default=(),
+        metadata=setting("Users' own metrics, beside the built-in ones.", option=False),
+    )
 
     def __post_init__(self) -> None:
         try:
             limit = tuple(float(t) for t in self.torque_limit)
         except (TypeError, ValueError):
             limit = ()
-        if len(limit) != 2 or not all(math.isfinite(t) and 0.0 < t <= 100.0 for t in limit):
+        if len(limit) != 2 or not all(
+            math.isfinite(t) and 0.0 < t <= LARGEST_TORQUE for t in limit
+        ):
             raise SettingsError(
                 f"torque_limit: got {self.torque_limit!r}; give two torques in N m, each above 0 "
-                f"and at most 100, for the proximal and the distal joints "
+                f"and at most {LARGEST_TORQUE:g}, for the proximal and the distal joints "
                 f"(the paper's: {PAPER_TORQUE_LIMIT[0]} {PAPER_TORQUE_LIMIT[1]})"
             )
         object.__setattr__(self, "torque_limit", limit)
-        for name, choices in CHOICES.items():
-            _choice(name, getattr(self, name), choices)
-        for name, (low, high, unit) in RANGES.items():
-            _range(name, getattr(self, name), low, high, unit)
-        if isinstance(self.repeats, bool) or not isinstance(self.repeats, int):
-            raise SettingsError(f"repeats: got {self.repeats!r}; give a whole number, 0 to 1000")
+        check(self)
         if self.folder is not None and not isinstance(self.folder, ObjectFolder):
             raise SettingsError(f"folder: got {self.folder!r:.80}; expected an ObjectFolder")
         check_metrics(self.metrics)
@@ -153,14 +211,3 @@ class TrialSettings:
         if "metrics" in values:
             values["metrics"] = metrics_from(values["metrics"])
         return cls(**values)
-
-
-def _choice(name: str, value: object, choices: tuple[str, ...]) -> None:
-    if value not in choices:
-        raise SettingsError(f"{name}: got {value!r}; choose one of {', '.join(choices)}")
-
-
-def _range(name: str, value: object, low: float, high: float, unit: str) -> None:
-    if not isinstance(value, (int, float)) or not (low <= value <= high):
-        allowed = f"{low:g} to {high:g} {unit}".rstrip()
-        raise SettingsError(f"{name}: got {value!r}; allowed is {allowed}")

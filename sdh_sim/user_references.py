@@ -1,4 +1,4 @@
-"""What users bring, by reference: the folder of an object, the function of a metric.
+"""References to what users bring: the folder of an object, the function of a metric.
 
 References are small, go to every worker and stand in ``run.json``. The SHA-256 of what they point
 to comes along, so that a run never goes on with another object or another metric.

@@ -2,7 +2,7 @@
 
     python docs/examples/make_mug.py
 
-The body is a filled cylinder: from outside nothing tells it from a hollow one, and MuJoCo collides
+The body is a filled cylinder, which touches the hand as a hollow one would, since MuJoCo collides
 convex hulls. The handle, which is not convex, is seven wedges along an arc.
 """
 

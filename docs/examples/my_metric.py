@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from sdh_sim import PerceivedGrasp
 from sdh_sim.robot.sdh2_constants import TAXEL_PITCH
-from sdh_sim.sensing.perceived_grasp import PerceivedGrasp
 
 
 def opposition(grasp: PerceivedGrasp) -> float:

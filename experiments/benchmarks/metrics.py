@@ -259,7 +259,7 @@ def measure(case: Case, count: int, hulls: int, rng: np.random.Generator) -> lis
 def main(arguments: list[str] | None = None) -> None:
     """Run the benchmark from the command line."""
     parser = Parser(
-        prog="python -m experiments.benchmark_metrics", description=(__doc__ or "").splitlines()[0]
+        prog="python -m experiments.benchmarks.metrics", description=(__doc__ or "").splitlines()[0]
     )
     parser.add_argument("--grasps", type=int, default=300, help="grasps per case")
     parser.add_argument("--hulls", type=int, default=1, help="grasps per case that qhull gets")

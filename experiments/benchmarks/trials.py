@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 import time
 from dataclasses import dataclass, replace
@@ -13,12 +12,14 @@ import mujoco
 from rich.console import Console
 from rich.table import Table
 
-from sdh_sim.campaign.campaign import run_campaign
+from experiments.command_line import Parser, at_least
+from sdh_sim.campaign import run_campaign
 from sdh_sim.campaign.paper_preset import FAST_SETTINGS
-from sdh_sim.objects.catalogue import PAPER_ORDER
-from sdh_sim.runs.plan import RunPlan
+from sdh_sim.cell import scene_builder
+from sdh_sim.objects import PAPER_ORDER
+from sdh_sim.runs import RunPlan
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.trial import run_trial
+from sdh_sim.trial import run_trial
 
 
 @dataclass
@@ -45,19 +46,13 @@ class Stopwatch:
 def one_core(settings: TrialSettings, trials: int, seed: int) -> tuple[float, float, float, int]:
     """Simulated time [s], wall time [s], time inside mj_step [s] and scene compilations."""
     steps, builds = Stopwatch(), Stopwatch()
-    with patch("sdh_sim.trial.build_scene", builds.wrap(_build())):
+    with patch.object(scene_builder, "build_scene", builds.wrap(scene_builder.build_scene)):
         run_trial(settings, seed - 1)  # compiles the scene and loads compiled metrics
         with patch.object(mujoco, "mj_step", steps.wrap(mujoco.mj_step)):
             start = time.perf_counter()
             simulated = sum(run_trial(settings, seed + k).sim_seconds for k in range(trials))
             wall = time.perf_counter() - start
     return simulated, wall, steps.seconds, builds.calls
-
-
-def _build():
-    from sdh_sim.cell.scene import build_scene
-
-    return build_scene
 
 
 def campaign_seconds(settings: TrialSettings, workers: int, trials: int, seed: int) -> float:
@@ -77,13 +72,12 @@ def campaign_seconds(settings: TrialSettings, workers: int, trials: int, seed: i
 
 def main(argv: list[str] | None = None) -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = Parser(__doc__)
     parser.add_argument("--trials", type=int, default=10, help="trials per object [10]")
     parser.add_argument("--seed", type=int, default=0, help="first seed [0]")
     parser.add_argument("--preset", choices=("fast",), help="as of sdh-sim lift")
     args = parser.parse_args(argv)
-    if args.trials < 1 or args.seed < 0:
-        parser.error("--trials must be at least 1 and --seed at least 0")
+    at_least(parser, args, trials=1, seed=0)
     settings = TrialSettings(
         object=PAPER_ORDER[0], **(FAST_SETTINGS if args.preset == "fast" else {})
     )

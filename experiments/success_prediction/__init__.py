@@ -1,0 +1,1 @@
+"""Every metric, and baselines without wrenches, against the simulated outcomes."""

@@ -1,7 +1,7 @@
-"""Section IV-B on simulated grasps: figures 7 and 8 beside the paper's numbers, and every metric.
+"""Section IV-B on simulated grasps: figures 7 and 8 beside the paper's numbers, and all metrics.
 
-The predictions are computed anew from the stored snapshots, from the distal pads as in the paper;
-beside them stand the metrics under other assumptions, and predictors without wrenches.
+The predictions are computed again from the stored snapshots, with the distal pads as in the paper.
+The same page compares the metrics under other assumptions, and predictors without wrenches.
 
     python -m experiments.success_prediction runs/paper
 """
@@ -10,20 +10,27 @@ from __future__ import annotations
 
 import argparse
 import functools
-import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
 
+from experiments.command_line import Parser, fail
 from experiments.parallel import run_all
 from experiments.success_prediction import baselines
+from experiments.success_prediction.candidates import plain_candidates, wrench_candidates
 from experiments.success_prediction.load_reasons import load_section
-from experiments.success_prediction.metric_grid import MapRows, Variant, evaluate_all, grid
+from experiments.success_prediction.metric_grid import (
+    REPORTED,
+    MapRows,
+    Variant,
+    evaluate_all,
+    grid,
+)
 from experiments.success_prediction.metric_scores import (
-    Candidate,
     Result,
     assess,
     forest,
@@ -33,38 +40,17 @@ from experiments.success_prediction.published import DERIVED, GRASPS, REFERENCE
 from sdh_sim.analysis import comparison as compare
 from sdh_sim.analysis.study import Study, study_of
 from sdh_sim.analysis.trial_tables import SURPLUS
-from sdh_sim.errors import RunError, SettingsError
-from sdh_sim.metrics.stored_grasps import read_stored
-from sdh_sim.records.schema import RecordError
-from sdh_sim.report import html
+from sdh_sim.errors import RecordError, RunError, SettingsError
+from sdh_sim.metrics import read_stored
+from sdh_sim.report import write_report
 from sdh_sim.report.data_tables import write_table
-from sdh_sim.report.html import Section
-from sdh_sim.report.report import Draw, write_report
-from sdh_sim.runs.folder import RunFolder
+from sdh_sim.report.page import Paragraph, Section, Table
+from sdh_sim.report.sections import Draw
+from sdh_sim.report.table_cells import number, object_name, percent
+from sdh_sim.runs import RunFolder
 from sdh_sim.user_references import ObjectFolder
 
 FOLDER = "success_prediction"
-_COLUMNS = {
-    "q_linf": ("q", "linf", "hf"),
-    "q_l1": ("q", "l1", "hf"),
-    "q_capability": ("capability", "", ""),
-    "q_held": ("held", "", ""),
-    "q_whole_hand": ("whole", "", ""),
-}
-
-
-class Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line and exits with status 2."""
-
-    def error(self, message: str) -> NoReturn:
-        """See the class."""
-        fail(message)
-
-
-def fail(message: str) -> NoReturn:
-    """Print one line to the error stream and exit with status 2."""
-    print(f"success_prediction: {message}", file=sys.stderr)
-    raise SystemExit(2)
 
 
 def main(argv: Sequence[str] | None = None) -> None:
@@ -90,7 +76,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     except (SettingsError, RunError) as error:
         fail(str(error))
     table = _with_column(table, "unsensed_contact", pa.array(unseen))
-    study = study_of(with_pads(table, values, args.pads), tuple(_COLUMNS))
+    study = study_of(with_pads(table, values, args.pads), tuple(REPORTED))
     results = assess(table, [*wrench_candidates(values), *plain_candidates(rows, table)])
     folder = args.out or args.runs[0] / FOLDER
     names = ", ".join(run.resolve().name for run in args.runs)
@@ -120,7 +106,8 @@ def main(argv: Sequence[str] | None = None) -> None:
 
 
 def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
-    parser = Parser(prog="success_prediction", description=(__doc__ or "").splitlines()[0])
+    parser = Parser(__doc__)
+    parser.prog = "success_prediction"
     parser.add_argument("runs", type=Path, nargs="+", help="run folders")
     parser.add_argument("--out", type=Path, help=f"folder (default: {FOLDER} in the run)")
     parser.add_argument("--pads", choices=("distal", "all"), default="distal",
@@ -138,12 +125,12 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
 
 
 def evaluated(
-    rows: Sequence[dict[str, Any]],
+    rows: Sequence[Mapping[str, Any]],
     variants: Sequence[Variant],
     run: MapRows,
     folders: Mapping[str, ObjectFolder],
 ) -> dict[Variant, np.ndarray]:
-    """Values (n,) of every variant; NaN for trials beyond their share, which count nowhere."""
+    """Values (n,) of every variant; NaN for surplus trials, which are not compared."""
     counted = np.array([not row.get(SURPLUS) for row in rows])
     kept = [row for row, c in zip(rows, counted, strict=True) if c]
     found = evaluate_all(kept, variants, run, folders)
@@ -154,8 +141,8 @@ def evaluated(
     return values
 
 
-def unseen_contacts(rows: Sequence[dict[str, Any]], pads: str) -> list[bool]:
-    """Whether anything bears force in a trial that the chosen pads do not feel."""
+def unseen_contacts(rows: Sequence[Mapping[str, Any]], pads: str) -> list[bool]:
+    """Whether a trial has a contact force that the chosen pads do not measure."""
     return [
         bool(row.get("unsensed_contact"))
         or (pads == "distal" and baselines.pads_in_contact(row, ["tactile_proximal"]) > 0)
@@ -164,9 +151,9 @@ def unseen_contacts(rows: Sequence[dict[str, Any]], pads: str) -> list[bool]:
 
 
 def with_pads(table: pa.Table, values: dict[Variant, np.ndarray], pads: str) -> pa.Table:
-    """The table with the task scalings as predicted from certain pads."""
-    for name, (kind, bound, augment) in _COLUMNS.items():
-        scores = values[Variant(kind, bound, 12, augment, True, pads)]
+    """The table with the task scalings predicted from the chosen pads."""
+    for name, variant in REPORTED.items():
+        scores = values[replace(variant, pads=pads)]
         table = _with_column(table, name, pa.array(scores, from_pandas=True))
     return table
 
@@ -175,62 +162,6 @@ def _with_column(table: pa.Table, name: str, column: pa.Array) -> pa.Table:
     if name in table.column_names:
         return table.set_column(table.column_names.index(name), name, column)
     return table.append_column(name, column)
-
-
-def wrench_candidates(values: dict[Variant, np.ndarray]) -> list[Candidate]:
-    """The metrics as predictors."""
-    return [
-        Candidate(
-            group=v.group,
-            assumes=v.assumes,
-            pads=v.pads,
-            scores=scores,
-            boundary=1.0 if v.has_boundary else None,
-            drop_missing=v.kind == "volume",
-            is_load=v.has_boundary,
-        )
-        for v, scores in values.items()
-    ]
-
-
-def plain_candidates(rows: Sequence[dict[str, Any]], table: pa.Table) -> list[Candidate]:
-    """Predictors without wrenches; the learned ones where scikit-learn is installed."""
-    found = []
-    for pads, kinds in (("distal", baselines.PAD_KINDS[:1]), ("all", baselines.PAD_KINDS)):
-        for text, function in (
-            ("sum of readings", baselines.sum_of_readings),
-            ("number of pads in contact", baselines.pads_in_contact),
-            ("number of active taxels", baselines.active_taxels),
-        ):
-            scores = np.array([function(row, kinds) for row in rows])
-            found.append(Candidate("no wrenches", text, pads, scores))
-    if not baselines.has_learning():
-        print("without scikit-learn (the extra 'learn'): no logistic regression", file=sys.stderr)
-        return found
-    tactile = np.array([baselines.tactile_features(row) for row in rows])
-    joints = np.array([baselines.joint_features(row) for row in rows])
-    known = np.array([baselines.object_features(row) for row in rows])
-    for text, features in (
-        ("tactile", (tactile,)),
-        ("tactile and joints", (tactile, joints)),
-        ("tactile, joints, object pose", (tactile, joints, known)),
-    ):
-        scores = _learn(np.hstack(features), table)
-        if scores is not None:
-            found.append(Candidate("logistic regression", text, "all", scores, boundary=0.5))
-    return found
-
-
-def _learn(features: np.ndarray, table: pa.Table) -> np.ndarray | None:
-    """Scores of grasps by models that have not seen them; None with too few of an outcome."""
-    from experiments.success_prediction.metric_scores import folds_and_truth
-
-    success, usable, fold = folds_and_truth(table)
-    if min(np.sum(success & usable), np.sum(~success & usable)) < 20:
-        return None
-    scores = np.full(len(success), np.nan)
-    scores[usable] = baselines.logistic_scores(features[usable], success[usable], fold[usable])
-    return scores
 
 
 def paper_section(study: Study) -> Section:
@@ -244,28 +175,28 @@ def paper_section(study: Study) -> Section:
         own = {"accuracy": c.accuracy, "tpr": c.true_positive_rate, "tnr": c.true_negative_rate}
         for key, value in published.items():
             star = " (derived)" if (group, key) in DERIVED else ""
-            label = [html.name(group), compare.NAMES[metric]]
+            label = [object_name(group), compare.NAMES[metric]]
             if key == "auc":
-                cells = [f"{value:.3f}", html.number(c.auc, c.auc_interval, 3)]
+                cells = [f"{value:.3f}", number(c.auc, c.auc_interval, 3)]
             else:
-                cells = [f"{100 * value:.1f} %", html.percent(own[key])]
+                cells = [f"{100 * value:.1f} %", percent(own[key])]
             rows.append([*label, names.get(key, "AUC") + star, *cells])
     return Section(
         "Beside the paper",
         (
-            html.table(
+            Table(
                 f"Published numbers of {GRASPS} real grasps, half of them stable, and the same "
                 "numbers of the simulated ones [shares in %, 95 % intervals].",
                 ["object", "metric", "number", "published", "simulated"],
                 rows,
-                text=(0, 1, 2),
+                text_columns=(0, 1, 2),
             ),
         ),
     )
 
 
 def metrics_section(results: Sequence[Result], draw: Draw) -> Section:
-    """All metrics on the same grasps."""
+    """All metrics and baselines, compared on the same grasps."""
     figure = draw(
         "metrics",
         forest(results),
@@ -274,12 +205,12 @@ def metrics_section(results: Sequence[Result], draw: Draw) -> Section:
         "and the accuracy of always predicting the more frequent outcome.",
     )
     files = "The table is metrics.csv; the scores of every single grasp are in scores.csv."
-    parts = (figure, results_table(results), html.paragraph(files))
+    parts = (figure, results_table(results), Paragraph(files))
     return Section("All metrics on the same grasps", parts)
 
 
 def _score_rows(
-    rows: Sequence[dict[str, Any]], values: dict[Variant, np.ndarray]
+    rows: Sequence[Mapping[str, Any]], values: dict[Variant, np.ndarray]
 ) -> list[dict[str, Any]]:
     found = []
     for k, row in enumerate(rows):

@@ -1,4 +1,4 @@
-"""Plain predictors without wrenches, so that one sees what wrench reasoning buys."""
+"""Predictors without wrenches: what the wrench-based metrics have to do better than."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def joint_features(row: Mapping[str, Any]) -> list[float]:
 
 
 def object_features(row: Mapping[str, Any]) -> list[float]:
-    """What the wrench metrics know besides: the object's pose in the hand, mass, friction."""
+    """What the wrench-based metrics know as well: the object's pose in the hand, mass, friction."""
     return [
         *_numbers(row, "object_pose_hand", 7),
         *_numbers(row, "hand_pose_world", 7),
@@ -74,7 +74,7 @@ def has_learning() -> bool:
 
 
 def logistic_scores(features: np.ndarray, success: np.ndarray, fold: np.ndarray) -> np.ndarray:
-    """Probability of success of every grasp from a model that has not seen it.
+    """Probability of success of every grasp, by a model trained on the other folds.
 
     Logistic regression on standardised features; how strongly it is penalised is chosen inside
     the folds that train.
@@ -102,7 +102,7 @@ def logistic_scores(features: np.ndarray, success: np.ndarray, fold: np.ndarray)
             cv=StratifiedKFold(5, shuffle=True, random_state=0),
         )
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # its solver tells of every iteration limit
+            warnings.simplefilter("ignore")  # its solver warns at every iteration limit
             model.fit(features[train], success[train])
         scores[test] = model.predict_proba(features[test])[:, 1]
     return scores

@@ -1,40 +1,31 @@
-"""Why a bound misses the load that a grasp holds, and the grasps that show it."""
+"""When the bounds miss the load that a grasp holds, and the grasps where they miss it most."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from experiments.success_prediction.metric_grid import Variant
+from experiments.success_prediction.metric_grid import REPORTED, Variant
 from sdh_sim.analysis.comparison import NAMES
 from sdh_sim.analysis.study import Study
 from sdh_sim.analysis.trial_tables import SURPLUS
-from sdh_sim.records.schema import NO_TRUTH
-from sdh_sim.report import html
-from sdh_sim.report.html import Cell, Section
+from sdh_sim.records import NO_TRUTH
+from sdh_sim.report.page import Section, Table
+from sdh_sim.report.table_cells import DASH, TableCell, object_name
 
 SHOWN = 8
-_BOUNDS = {
-    "q_linf": ("q", "linf", "hf"),
-    "q_l1": ("q", "l1", "hf"),
-    "q_capability": ("capability", "", ""),
-    "q_held": ("held", "", ""),
-    "q_whole_hand": ("whole", "", ""),
-}
-Row = dict[str, Any]
+Row = Mapping[str, Any]
 
 
 def load_section(
     study: Study, rows: Sequence[Row], values: dict[Variant, np.ndarray], pads: str
 ) -> Section:
-    """Ratio by circumstance, and the grasps with the largest misses."""
-    q = {
-        name: values[Variant(kind, bound, 12, augment, True, pads)]
-        for name, (kind, bound, augment) in _BOUNDS.items()
-    }
+    """q*/q_sim in parts of the trials, and the grasps where L-infinity misses q_sim most."""
+    q = {name: values[replace(variant, pads=pads)] for name, variant in REPORTED.items()}
     tested = [
         k
         for k, row in enumerate(rows)
@@ -47,7 +38,7 @@ def load_section(
 
 
 def circumstances() -> list[tuple[str, Callable[[Row], bool]]]:
-    """Ways to divide the trials, by what is known of them."""
+    """Parts of the trials: a name, and which rows belong to it."""
     return [
         ("all", lambda row: True),
         ("held in the lift", lambda row: bool(row["success"])),
@@ -61,12 +52,12 @@ def circumstances() -> list[tuple[str, Callable[[Row], bool]]]:
     ]  # fmt: skip
 
 
-def by_circumstance(rows: Sequence[Row], q: dict[str, np.ndarray], tested: Sequence[int]) -> str:
-    """Median and spread of q*/q_sim of every bound in some parts of the trials."""
+def by_circumstance(rows: Sequence[Row], q: dict[str, np.ndarray], tested: Sequence[int]) -> Table:
+    """Median and spread of q*/q_sim of every bound in each part of the trials."""
     lines = []
     for text, belongs in circumstances():
         part = [k for k in tested if belongs(rows[k])]
-        cells: list[str | Cell] = [text, str(len(part))]
+        cells: list[str | TableCell] = [text, str(len(part))]
         for scores in q.values():
             logs = [
                 math.log(scores[k] / rows[k]["q_sim"])
@@ -74,12 +65,12 @@ def by_circumstance(rows: Sequence[Row], q: dict[str, np.ndarray], tested: Seque
                 if scores[k] > 0 and rows[k]["q_sim"] > 0 and not rows[k]["q_sim_capped"]
             ]
             if not logs:
-                cells.append(html.DASH)
+                cells.append(DASH)
                 continue
             low, middle, high = np.exp(np.quantile(logs, [0.16, 0.5, 0.84]))
-            cells.append(Cell(f"{middle:.2f}", f"{low:.2f}–{high:.2f}"))
+            cells.append(TableCell(f"{middle:.2f}", f"{low:.2f}–{high:.2f}"))
         lines.append(cells)
-    return html.table(
+    return Table(
         "Median of q*/q_sim (in brackets the 16 % and 84 % quantiles) where both are above 0, in "
         "parts of the trials.",
         ["trials", "n", *(NAMES[name] for name in q)],
@@ -87,8 +78,8 @@ def by_circumstance(rows: Sequence[Row], q: dict[str, np.ndarray], tested: Seque
     )
 
 
-def worst(rows: Sequence[Row], q: np.ndarray, tested: Sequence[int]) -> list[str]:
-    """Trials that L-infinity over- and underestimates most, and those it promised that fell."""
+def worst(rows: Sequence[Row], q: np.ndarray, tested: Sequence[int]) -> list[Table]:
+    """Trials that L-infinity over- or underestimates most, also where one of the loads is 0."""
 
     def ratio(k: int) -> float:
         return q[k] / rows[k]["q_sim"]
@@ -109,11 +100,11 @@ def worst(rows: Sequence[Row], q: np.ndarray, tested: Sequence[int]) -> list[str
             continue
         lines = [_describe(rows[k], float(q[k])) for k in chosen[:SHOWN]]
         found.append(
-            html.table(
+            Table(
                 f"Grasps that L∞ {text}" if text.startswith("most") else f"L∞ {text}",
                 ["object", "trial", "seed", "q* L∞", "q_sim", "failure", "pads", "unseen force"],
                 lines,
-                text=(0, 5),
+                text_columns=(0, 5),
             )
         )
     return found
@@ -129,7 +120,7 @@ def _describe(row: Row, q: float) -> list[str]:
         for pad in row[kind]
     )
     return [
-        html.name(row["object"]),
+        object_name(row["object"]),
         str(row["trial"]),
         str(row["seed"]),
         f"{q:.2f}",

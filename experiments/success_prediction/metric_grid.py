@@ -1,4 +1,4 @@
-"""Every metric under every assumption, evaluated anew on stored snapshots."""
+"""Every metric under other assumptions, evaluated again on stored snapshots."""
 
 from __future__ import annotations
 
@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 
 import graspq as gq
-from sdh_sim.metrics.built_in import hand_bound, wrench_sets
-from sdh_sim.metrics.stored_grasps import grasp_of
-from sdh_sim.robot.hand import HandKinematics
-from sdh_sim.sensing.perceived_grasp import PerceivedGrasp
+from sdh_sim.metrics import grasp_of, hand_bound, wrench_sets
+from sdh_sim.robot import HandKinematics
+from sdh_sim.sensing import PerceivedGrasp
 from sdh_sim.user_references import ObjectFolder
 
 PADS = ("distal", "all")
@@ -76,6 +75,16 @@ class Variant:
     def has_boundary(self) -> bool:
         """Whether 1 is a natural decision boundary."""
         return self.kind in ("q", *HAND_KINDS)
+
+
+REPORTED = {
+    "q_linf": Variant("q", "linf", augment="hf"),
+    "q_l1": Variant("q", "l1", augment="hf"),
+    "q_capability": Variant("capability"),
+    "q_held": Variant("held"),
+    "q_whole_hand": Variant("whole"),
+}
+"""Task scalings that the figures show, by their column in the table of trials."""
 
 
 def grid(full: bool = False) -> list[Variant]:
@@ -139,7 +148,7 @@ def _hand() -> HandKinematics:
 
 
 def evaluate_row(
-    job: tuple[dict[str, Any], Sequence[Variant], Mapping[str, ObjectFolder]],
+    job: tuple[Mapping[str, Any], Sequence[Variant], Mapping[str, ObjectFolder]],
 ) -> list[float]:
     """Values of the variants for one row; NaN where the trial ended before its snapshot."""
     row, variants, folders = job
@@ -158,7 +167,7 @@ def evaluate_row(
 
 
 def evaluate_all(
-    rows: Sequence[dict[str, Any]],
+    rows: Sequence[Mapping[str, Any]],
     variants: Sequence[Variant],
     run: MapRows,
     folders: Mapping[str, ObjectFolder] | None = None,
@@ -166,7 +175,7 @@ def evaluate_all(
     """Values (n,) of every variant.
 
     Args:
-        rows: as ``sdh_sim.stored.read_stored`` gives them.
+        rows: as ``sdh_sim.metrics.stored_grasps.read_stored`` gives them.
         variants: what to evaluate.
         run: applies a function to every job, in order; may do so in several processes.
         folders: of users' objects, by name.

@@ -1,4 +1,4 @@
-"""How well each of many predictors tells successes from failures, on the same trials and folds."""
+"""How well each predictor tells successes from failures, on the same trials and folds."""
 
 from __future__ import annotations
 
@@ -10,15 +10,17 @@ import numpy as np
 import pyarrow as pa
 from matplotlib.figure import Figure
 
-from sdh_sim import records
 from sdh_sim.analysis import comparison as compare
 from sdh_sim.analysis import trial_tables
 from sdh_sim.analysis.comparison import Comparison
 from sdh_sim.analysis.load_agreement import Agreement, agree
-from sdh_sim.analysis.proportion import Rate
+from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.analysis.study import seeded, stratified_folds
 from sdh_sim.analysis.thresholds import CrossValidated, cross_validate
-from sdh_sim.report import figure_style, html
+from sdh_sim.records import stack
+from sdh_sim.report import figure_style
+from sdh_sim.report.page import Table
+from sdh_sim.report.table_cells import DASH, number, percent
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,7 @@ class Candidate:
         scores: (n,) of all trials; NaN where it has none.
         boundary: decision boundary it comes with, or None.
         drop_missing: leave trials without a score out instead of counting them as 0.
-        is_load: the score is a load in weights, to be held against q_sim.
+        is_load: the score is a load in weights, to be compared with q_sim.
     """
 
     group: str
@@ -45,7 +47,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Result:
-    """What became of a candidate; ``best`` is None where an outcome is too rare."""
+    """The statistics of a candidate; ``best`` is None with fewer than two of an outcome."""
 
     candidate: Candidate
     comparison: Comparison
@@ -55,7 +57,7 @@ class Result:
     def record(self) -> dict[str, Any]:
         """The numbers as a row of a table."""
         c, best, a = self.comparison, self.best, self.agreement
-        at_boundary = c.accuracy if self.candidate.boundary is not None else Rate(0, 0)
+        at_boundary = c.accuracy if self.candidate.boundary is not None else Proportion(0, 0)
         found: dict[str, Any] = {
             "metric": self.candidate.group,
             "assumes": self.candidate.assumes,
@@ -94,8 +96,8 @@ def _ends(name: str, bounds: tuple[float, float] | None) -> dict[str, float | No
     return {f"{name}_low": low, f"{name}_high": high}
 
 
-def folds_and_truth(table: pa.Table) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Success (n,), trials that count (n,), fold (n,): the folds of the report's own numbers."""
+def folds_and_outcomes(table: pa.Table) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Success, whether a trial counts, and its fold, each (n,); the folds are the report's."""
     success = np.array(table.column("success").to_pylist(), dtype=bool)
     usable = ~trial_tables.unstable_of(table) & ~trial_tables.surplus_of(table)
     fold = np.full(len(success), -1)
@@ -105,23 +107,23 @@ def folds_and_truth(table: pa.Table) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
 def assess(table: pa.Table, candidates: Sequence[Candidate]) -> list[Result]:
     """Score every candidate on the trials of a table."""
-    success, usable, fold = folds_and_truth(table)
+    success, usable, fold = folds_and_outcomes(table)
     loads = capped = None
     if all(name in table.column_names for name in ("q_sim", "q_sim_capped")):
-        loads = records.stack(table, "q_sim")
+        loads = stack(table, "q_sim")
         capped = np.array([bool(v) for v in table.column("q_sim_capped").to_pylist()])
     found = []
     for candidate in candidates:
         keep = usable & ~(candidate.drop_missing & np.isnan(candidate.scores))
         scores = np.where(np.isnan(candidate.scores), 0.0, candidate.scores)[keep]
-        truth = success[keep]
+        outcomes = success[keep]
         comparison = compare.compare_scores(
             candidate.scores[keep],
-            truth,
+            outcomes,
             metric=candidate.group,
             threshold=0.0 if candidate.boundary is None else candidate.boundary,
         )
-        two_sided = truth.sum() >= 2 and (~truth).sum() >= 2
+        two_sided = outcomes.sum() >= 2 and (~outcomes).sum() >= 2
         agreement = None
         if candidate.is_load and loads is not None and capped is not None:
             tested = keep & ~np.isnan(loads)
@@ -129,13 +131,13 @@ def assess(table: pa.Table, candidates: Sequence[Candidate]) -> list[Result]:
                 agreement = agree(
                     candidate.scores[tested], loads[tested], capped[tested], seeded("agreement")
                 )
-        best = cross_validate(scores, truth, fold[keep]) if two_sided else None
+        best = cross_validate(scores, outcomes, fold[keep]) if two_sided else None
         found.append(Result(candidate, comparison, best, agreement))
     return found
 
 
-def results_table(results: Sequence[Result]) -> str:
-    """All of them as a table of the report."""
+def results_table(results: Sequence[Result]) -> Table:
+    """All results as a table of the report."""
     rows, rules, before = [], [], ("", "")
     load = any(result.agreement for result in results)
     for result in results:
@@ -146,23 +148,23 @@ def results_table(results: Sequence[Result]) -> str:
         section = (candidate.pads, candidate.group)
         if section != before:
             rules.append(len(rows))
-        fixed = html.percent(c.accuracy) if candidate.boundary is not None else html.DASH
+        fixed = percent(c.accuracy) if candidate.boundary is not None else DASH
         cells = [
             candidate.pads if section != before else "",
             candidate.group if section != before else "",
             candidate.assumes,
             str(c.n),
-            html.number(c.auc, c.auc_interval),
+            number(c.auc, c.auc_interval),
             fixed,
-            html.percent(best.accuracy) if best else html.DASH,
+            percent(best.accuracy) if best else DASH,
         ]
         if load:
-            cells.append(html.number(a.spearman) if a else html.DASH)
-            cells.append(html.number(a.factor) if a else html.DASH)
+            cells.append(number(a.spearman) if a else DASH)
+            cells.append(number(a.factor) if a else DASH)
         rows.append(cells)
         before = section
     head = ["pads", "metric", "assumptions", "n", "AUC", "at 1", "at best"]
-    return html.table(
+    return Table(
         "Every metric and plain baseline: area under the ROC curve, accuracy [%] at the decision "
         "boundary 1 (of a probability: one half) and at the threshold chosen by cross-validation. "
         "Wrenches at the contact's centre alone (none), and forces without friction (fl), with "
@@ -171,13 +173,13 @@ def results_table(results: Sequence[Result]) -> str:
         + ("; rank correlation with q_sim and median of q*/q_sim." if load else "."),
         head + (["rank corr.", "q*/q_sim"] if load else []),
         rows,
-        text=(0, 1, 2),
-        rules=rules,
+        text_columns=(0, 1, 2),
+        ruled_rows=rules,
     )
 
 
 def forest(results: Sequence[Result]) -> Figure:
-    """Area and best accuracy of every predictor, one line each, both kinds of pads on it."""
+    """Area and best accuracy of every predictor: a line each, with both choices of pads."""
     names = list(dict.fromkeys((r.candidate.group, r.candidate.assumes) for r in results))
     figure, axes = figure_style.panels(2, 1.0 + 0.23 * len(names), sharey=True)
     for result in results:

@@ -20,6 +20,7 @@ from pathlib import Path
 
 from rich.table import Table
 
+from experiments.command_line import Parser
 from experiments.validation import carrying, forces, friction, motion, pads, sensor
 from experiments.validation.result_rows import Result, Row
 from experiments.validation.rigs import HONEST, Spoil, timestep_in_use
@@ -37,7 +38,7 @@ CHECKS: dict[str, tuple[str, Check]] = {
     "single_finger": ("One pad: f = J⁻ᵀ τ̄", forces.single_finger),
     "two_pads": ("Two pads of a finger: Σ Jᵀ f = τ̄", forces.two_pads),
     "tactile_total": ("Total tactile force of two fingers", forces.tactile_total),
-    "whole_grasp": ("Whole grasps in the cell: Σ Jᵀ f = τ of all motors", motion.whole_grasp),
+    "whole_grasp": ("Whole grasps in the workcell: Σ Jᵀ f = τ of all motors", motion.whole_grasp),
     "plate": ("Stiffness of a pad under a plate", pads.plate),
     "ball": ("Ball pressed into a pad: elastic foundation", pads.ball),
     "modulus": ("Effect of the rubber's modulus", pads.modulus),
@@ -152,9 +153,7 @@ def _percent(share: float, sign: str) -> str:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m experiments.validation", description=(__doc__ or "").partition("\n")[0]
-    )
+    parser = Parser(__doc__)
     parser.add_argument("--short", action="store_true", help="fewer cases, under 20 s on one core")
     parser.add_argument("--preset", choices=("fast",), help="as of sdh-sim lift: its time step")
     parser.add_argument("--out", metavar="DIR", help="write pictures and validation.csv there")

@@ -7,13 +7,11 @@ import numpy as np
 
 from experiments.validation.result_rows import Result, Row
 from experiments.validation.rigs import HONEST, Spoil, timestep_in_use
-from sdh_sim.cell.scene import Scene, build_scene
-from sdh_sim.cell.simulation import Cell
-from sdh_sim.grasping.acquire import acquire
-from sdh_sim.grasping.motion_plan import Course, find_course
-from sdh_sim.objects.catalogue import object_info
-from sdh_sim.robot.arm import along, arm_kinematics
+from sdh_sim.cell import Scene, Simulation, build_scene
+from sdh_sim.grasping import MotionPlan
+from sdh_sim.robot import along, arm_kinematics
 from sdh_sim.settings import TrialSettings
+from sdh_sim.trial import Trial
 from sdh_sim.trial.lift import LIFT_TIME
 
 # Held through the lift, with and without help from parts of the hand that have no taxels.
@@ -33,16 +31,16 @@ def _scene(name: str, timestep: float, implicit: bool) -> Scene:
     return scene
 
 
-def _path(scene: Scene, course: Course, state: np.ndarray) -> np.ndarray:
+def _path(scene: Scene, motion: MotionPlan, state: np.ndarray) -> np.ndarray:
     """Places of the object in the hand (n, 3) [m] through the lift, from one state of the grasp."""
-    cell = Cell(scene)
-    cell.restore(state)
-    duration = arm_kinematics().duration(course.lift, LIFT_TIME)
-    places = [cell.object_in_hand()[:3]]
-    for k in range(1, round(duration / cell.tick_time) + 1):
-        cell.tick(along(course.lift, k * cell.tick_time / duration))
-        places.append(cell.object_in_hand()[:3])
-    times = cell.tick_time * np.arange(len(places))
+    simulation = Simulation(scene)
+    simulation.restore(state)
+    duration = arm_kinematics().duration(motion.lift, LIFT_TIME)
+    places = [simulation.object_in_hand()[:3]]
+    for k in range(1, round(duration / simulation.tick_time) + 1):
+        simulation.tick(along(motion.lift, k * simulation.tick_time / duration))
+        places.append(simulation.object_in_hand()[:3])
+    times = simulation.tick_time * np.arange(len(places))
     wanted = np.arange(0.0, duration, SAMPLE)
     return np.column_stack([np.interp(wanted, times, axis) for axis in np.array(places).T])
 
@@ -60,15 +58,13 @@ def carry(short: bool = False, spoil: Spoil = HONEST) -> Result:
     steps = (usual,) if short else (0.001, 0.002, 0.004)
     rows, curves = [], {}
     for name, seed in GRASPS[:1] if short else GRASPS + SLIDING:
-        start = _scene(name, usual, False)
-        course = find_course(start, object_info(name), np.random.default_rng(seed))
-        cell = Cell(start)
-        acquire(cell, object_info(name), course)
-        state = cell.save()
-        finest = _path(_scene(name, FINEST, False), course, state)
+        trial = Trial(TrialSettings(name, timestep=usual), seed, scene=_scene(name, usual, False))
+        trial.acquire()
+        motion, state = trial.motion, trial.simulation.save()
+        finest = _path(_scene(name, FINEST, False), motion, state)
         ways = {}
         for step in steps:
-            ways[step] = _path(_scene(name, step, spoil.implicit), course, state)
+            ways[step] = _path(_scene(name, step, spoil.implicit), motion, state)
             off = float(np.linalg.norm(ways[step] - finest, axis=1).max())
             rows.append(Row(
                 f"{name}, seed {seed}: place in the lift, dt {1e3 * step:g} ms", "µm", 0.0,
@@ -76,6 +72,6 @@ def carry(short: bool = False, spoil: Spoil = HONEST) -> Result:
                 "first order in the time step; 10 mm decide the label", scale=LABEL,
                 judged=(name, seed) not in SLIDING,
             ))  # fmt: skip
-        implicit = _path(_scene(name, usual, True), course, state)
+        implicit = _path(_scene(name, usual, True), motion, state)
         curves[f"{name}, seed {seed}"] = (finest, ways, implicit)
     return Result(tuple(rows), {"ways": curves, "implicit": usual})

@@ -8,11 +8,11 @@ import numpy as np
 from experiments.validation.friction import clamp
 from experiments.validation.result_rows import Result, Row
 from experiments.validation.rig_readings import imprint, squeezed, torques_of, touches
-from experiments.validation.rigs import HONEST, Shape, Spoil, gripper, kinematics, pad_frame
+from experiments.validation.rigs import HONEST, Shape, Spoil, gripper, pad_frame
 from experiments.validation.rigs import settings_for as rig_settings
-from sdh_sim.cell.scene import Scene
+from sdh_sim.cell import Scene
+from sdh_sim.robot import MOTOR_NAMES, hand_kinematics
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.hand import MOTOR_NAMES
 
 PROXIMAL, DISTAL = MOTOR_NAMES.index("thumb_proximal"), MOTOR_NAMES.index("thumb_distal")
 JOINTS = [PROXIMAL, DISTAL]
@@ -46,14 +46,14 @@ def single_finger(short: bool = False, spoil: Spoil = HONEST) -> Result:
         angles[JOINTS] = np.radians((proximal, distal))
         place = pad_frame("thumb_distal", row, 2.5, angles)
         pull = force * (place.rotation[:, 0] + share * place.rotation[:, 2])
-        hand = kinematics()
-        wanted = (hand.jacobian("thumb_distal", place.position).T @ pull)[JOINTS]
+        open_hand = hand_kinematics().at(angles)
+        wanted = (open_hand.jacobian("thumb_distal", place.position).T @ pull)[JOINTS]
         limit = (float(wanted[0]), float(wanted[1]))
         scene = gripper(place, [BAR], False, rig_settings(torque_limit=limit), 0.8, spoil)
         data = squeezed(scene, angles, THUMB_PUSH)
         touch, mark = touches(scene, data), imprint(scene, data, "thumb_distal")
         # The force that the limits allow at the centre of pressure, in the finger's plane.
-        hand.pose(data.qpos[scene.motor_qpos])
+        hand = hand_kinematics().at(data.qpos[scene.motor_qpos])
         at, turn = hand.link("thumb_distal")
         normal = turn @ mark.normal
         along = np.cross(normal, turn @ [0.0, 1.0, 0.0])
@@ -104,8 +104,8 @@ def two_pads(short: bool = False, spoil: Spoil = HONEST) -> Result:
         scene = gripper(place, bars, False, rig_settings(torque_limit=limit), 0.0, spoil)
         data = squeezed(scene, np.zeros(7), THUMB_PUSH)
         marks = [imprint(scene, data, f"thumb_{kind}") for kind in ("proximal", "distal")]
-        hand, columns = kinematics(), []
-        hand.pose(data.qpos[scene.motor_qpos])
+        columns = []
+        hand = hand_kinematics().at(data.qpos[scene.motor_qpos])
         for mark, kind in zip(marks, ("proximal", "distal"), strict=True):
             at, turn = hand.link(f"thumb_{kind}")
             jacobian = hand.jacobian(f"thumb_{kind}", at + turn @ mark.point)[:, JOINTS]
@@ -136,10 +136,10 @@ def from_limits(scene: Scene, data: mujoco.MjData, torque: float) -> tuple[float
     Returns:
         Sum of τ̄ over the lever of each pad's centre of pressure, sum of all taxels [N].
     """
-    hand, predicted, total = kinematics(), 0.0, 0.0
+    predicted = total = 0.0
     for finger in ("finger1", "finger2"):
         mark = imprint(scene, data, f"{finger}_distal")
-        hand.pose(data.qpos[scene.motor_qpos])
+        hand = hand_kinematics().at(data.qpos[scene.motor_qpos])
         at, turn = hand.link(f"{finger}_distal")
         joint = MOTOR_NAMES.index(f"{finger}_proximal")
         jacobian = hand.jacobian(f"{finger}_distal", at + turn @ mark.point)

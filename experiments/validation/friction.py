@@ -16,7 +16,7 @@ from experiments.validation.rigs import (
     GRAVITY,
     HONEST,
     TAXEL_RADIUS,
-    THING_MASS,
+    TEST_BODY_MASS,
     Frame,
     Shape,
     Spoil,
@@ -26,9 +26,10 @@ from experiments.validation.rigs import (
     set_friction,
     settings_for,
 )
-from sdh_sim.cell.scene import PAD_IMPEDANCE, Scene
+from sdh_sim.cell import Scene
+from sdh_sim.cell.scene_builder import PAD_IMPEDANCE
+from sdh_sim.robot import MOTOR_NAMES
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.hand import MOTOR_NAMES
 
 PRESS = 10.0  # [N]
 FRICTION = 0.63  # of the paper's box
@@ -55,7 +56,7 @@ def stickiness(scene: Scene, links: np.ndarray | list[str]) -> np.ndarray:
     for link in links:
         body = model.body(f"hand/{link}").id
         geom = int(np.flatnonzero((model.geom_bodyid == body) & (scene.taxel >= 0))[0])
-        a = model.body_invweight0[body, 0] + model.body_invweight0[scene.object, 0]
+        a = model.body_invweight0[body, 0] + model.body_invweight0[scene.object_body, 0]
         b = -model.geom_solref[geom, 1]
         values.append(model.opt.impratio * b / ((1.0 - PAD_IMPEDANCE) * a))
     return np.array(values)
@@ -125,7 +126,7 @@ def clamp_drop(short: bool = False, spoil: Spoil = HONEST) -> Result:
     for torque in (1.6401,) if short else (0.8, 1.2, 1.6401, 2.1):
         scene, rest = clamp((torque, 1.0934), spoil)
         grip = touches(scene, hung(scene, rest, 1.0, 0.3))
-        predicted = THING_MASS * GRAVITY / float(grip.normal.sum())
+        predicted = TEST_BODY_MASS * GRAVITY / float(grip.normal.sum())
 
         def holds_not(inverse: float, scene: Scene = scene, rest: mujoco.MjData = rest) -> bool:
             data = hung(scene, rest, spoil.friction / inverse, 0.0)
@@ -168,7 +169,7 @@ SPUN = {
 def torsion_onset(short: bool = False, spoil: Spoil = HONEST) -> Result:
     """Moment that starts a patch spinning against equation 7's τ*.
 
-    Where the thing is curved, the spheres that stand for taxels touch it nearer to the middle
+    Where the test body is curved, the spheres that stand for taxels touch it nearer to the middle
     than the taxels' centres are, by the share r / (r + R): the simulated patch is weaker in
     torsion than the tactile array says, by up to R / (r + R). The judged row uses the contact
     points; the other reports the gap.
@@ -210,7 +211,7 @@ def torsion_onset(short: bool = False, spoil: Spoil = HONEST) -> Result:
             rows.append(Row(
                 f"{name}: eq. 7, tactile array", "N m", seventh, found,
                 TAXEL_RADIUS / (radius + TAXEL_RADIUS) + 0.05,
-                "taxel spheres of 13 mm touch a curved thing nearer to the middle: R / (r + R)",
+                "taxel spheres of 13 mm touch a curved test body nearer to the middle: R / (r + R)",
                 judged=False,
             ))  # fmt: skip
         shares = np.array([0.3, 0.6, 0.8, 0.9, 0.97, 1.0, 1.03, 1.06, 1.1, 1.2, 1.5])
@@ -241,9 +242,9 @@ def friction_creep(short: bool = False, spoil: Spoil = HONEST) -> Result:
         sticky = float(stickiness(scene, touch.links)[0])
         plane = touch.points[:, [0, 2]]
         middle = plane.mean(axis=0)
-        beside = float(rest.xpos[scene.object, 2] - rest.xpos[scene.palm, 2] - middle[1])
+        beside = float(rest.xpos[scene.object_body, 2] - rest.xpos[scene.palm, 2] - middle[1])
         lean = beside**2 / float(((plane - middle) ** 2).sum())
-        law = THING_MASS * GRAVITY / sticky * (1.0 / len(plane) + lean)
+        law = TEST_BODY_MASS * GRAVITY / sticky * (1.0 / len(plane) + lean)
         scene.model.opt.impratio = ratio * spoil.impratio
         data = hung(scene, rest, 0.8, 1.0)
         before = float(data.qpos[scene.object_qpos])

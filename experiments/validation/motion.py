@@ -14,20 +14,18 @@ from experiments.validation.rig_readings import advance, squeezed, torques_of, t
 from experiments.validation.rigs import (
     GRAVITY,
     HONEST,
-    THING_MASS,
+    TEST_BODY_MASS,
     Spoil,
     gripper,
     settings_for,
     timestep_in_use,
 )
+from sdh_sim.cell import Scene, build_scene
 from sdh_sim.cell.contacts import taxel_forces
-from sdh_sim.cell.scene import Scene, build_scene, taxel_stiffness
-from sdh_sim.cell.simulation import Cell
-from sdh_sim.grasping.acquire import acquire
-from sdh_sim.grasping.motion_plan import find_course
-from sdh_sim.objects.catalogue import object_info
+from sdh_sim.cell.scene_builder import taxel_stiffness
 from sdh_sim.robot import sdh2_constants as c
 from sdh_sim.settings import TrialSettings
+from sdh_sim.trial import Trial
 
 INERTIA = (2e-4, 5e-4, 6e-4)  # of the released box [kg m²]: three different values
 PROXIMAL_AXIS = c.FINGERS[0].base[2] + c.KNUCKLE_HEIGHT  # height of it over the palm frame [m]
@@ -39,15 +37,15 @@ def _state(scene: Scene, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray, f
     """Momentum (3,), angular momentum about its centre (3,), kinetic and potential energy."""
     model = scene.model
     mujoco.mj_kinematics(model, data)  # a step leaves the orientation of its beginning
-    dof, body = scene.object_dof, scene.object
+    dof, body = scene.object_dof, scene.object_body
     turn = data.xmat[body].reshape(3, 3)
     speed, spin = data.qvel[dof : dof + 3], data.qvel[dof + 3 : dof + 6]
     inertia = model.body_inertia[body]
-    momentum = THING_MASS * speed
-    kinetic = 0.5 * THING_MASS * float(speed @ speed) + 0.5 * float(inertia @ spin**2)
+    momentum = TEST_BODY_MASS * speed
+    kinetic = 0.5 * TEST_BODY_MASS * float(speed @ speed) + 0.5 * float(inertia @ spin**2)
     height = float(data.qpos[scene.object_qpos + 2])
     # Gravity points out of the palm, along +z.
-    return momentum, turn @ (inertia * spin), kinetic, -THING_MASS * GRAVITY * height
+    return momentum, turn @ (inertia * spin), kinetic, -TEST_BODY_MASS * GRAVITY * height
 
 
 def release(short: bool = False, spoil: Spoil = HONEST) -> Result:
@@ -83,13 +81,13 @@ def release(short: bool = False, spoil: Spoil = HONEST) -> Result:
             drift.append(now[2] + now[3] - before[2] - before[3])
             turned.append(float(np.linalg.norm(now[1] - before[1]) / np.linalg.norm(before[1])))
         gained = float(now[0][2] - before[0][2])
-        law = -0.5 * THING_MASS * GRAVITY**2 * times[-1] * timestep
+        law = -0.5 * TEST_BODY_MASS * GRAVITY**2 * times[-1] * timestep
         spin2 = float(SPIN @ SPIN)
-        energy = 0.5 * THING_MASS * (GRAVITY * times[-1]) ** 2
+        energy = 0.5 * TEST_BODY_MASS * (GRAVITY * times[-1]) ** 2
         step = f"{1e3 * timestep:g} ms"
         rows += [
             Row(f"momentum gained in {FALL_TIME:g} s of fall, dt {step}", "N s",
-                THING_MASS * GRAVITY * times[-1], gained, 1e-6, "exact but for round-off"),
+                TEST_BODY_MASS * GRAVITY * times[-1], gained, 1e-6, "exact but for round-off"),
             Row(f"energy drift in the fall, dt {step}", "mJ", 1e3 * law, 1e3 * drift[-1],
                 spin2 * timestep * times[-1] * 0.5 * float(np.dot(INERTIA, SPIN**2)) / energy,
                 "½ m g² t dt; rotation to ω² t dt of its energy", scale=1e3 * energy),
@@ -109,7 +107,7 @@ def _recoil_speed(scene: Scene) -> float:
     torque = scene.model.actuator_forcerange[scene.motors[CLAMP_PUSH], 1][0]
     force = torque / float(CLAMP_PLACE.position[2] - PROXIMAL_AXIS)
     pad = 30 * taxel_stiffness(scene.settings)  # taxels under the box on either side
-    return math.sqrt(2.0 * force**2 / pad * math.exp(-2.0) / THING_MASS)
+    return math.sqrt(2.0 * force**2 / pad * math.exp(-2.0) / TEST_BODY_MASS)
 
 
 @dataclass(frozen=True)
@@ -144,26 +142,26 @@ class Numerics:
 
 
 def hold(name: str, seed: int, numerics: Numerics, spoil: Spoil = HONEST) -> Held:
-    """Grasp an object in the real cell as a trial does, under other numerics."""
-    thing = object_info(name)
-    # The course is found with the default settings, so that all variants run the same one.
-    course = find_course(build_scene(TrialSettings(name)), thing, np.random.default_rng(seed))
-    scene = build_scene(TrialSettings(name, timestep=numerics.timestep))
+    """Grasp an object in the real workcell as a trial does, under other numerics."""
+    # The motion is planned with the default settings, so that all variants run the same one.
+    motion = Trial(TrialSettings(name), seed).motion
+    settings = TrialSettings(name, timestep=numerics.timestep)
+    scene = build_scene(settings)
     scene.model.opt.tolerance = numerics.tolerance
     scene.model.opt.impratio = numerics.impratio
     scene.model.geom_solref[scene.taxel >= 0] *= (spoil.stiffness, math.sqrt(spoil.stiffness))
     scene.model.body_gravcomp[:] *= spoil.gravity
-    cell = Cell(scene)
-    acquire(cell, thing, course)
-    data = cell.data
+    trial = Trial(settings, seed, scene=scene, motion=motion)
+    trial.acquire()
+    data = trial.simulation.data
     motors = data.actuator_force[scene.motors].copy()
     sums = torques_of(scene, data, touches(scene, data))
     reach = scene.model.jnt_range[scene.model.dof_jntid[scene.motor_dof]]
     angles = data.qpos[scene.motor_qpos]
     # A joint against its stop is held by the stop too.
     free = (angles > reach[:, 0] + 1e-3) & (angles < reach[:, 1] - 1e-3)
-    sensed, unsensed = cell.hand_touch()
-    pose = cell.object_in_hand()
+    sensed, unsensed = trial.simulation.hand_force()
+    pose = trial.simulation.object_in_hand()
     return Held(
         sensed, unsensed, pose[:3], pose[3:], float(np.abs(sums - motors)[free].max()),
         float(taxel_forces(scene, data).sum()), (sums, motors, free),
@@ -174,7 +172,7 @@ GRASPS = (("cylindrical_bottle", 1), ("box", 0), ("box", 1), ("cylindrical_bottl
 
 
 def whole_grasp(short: bool = False, spoil: Spoil = HONEST) -> Result:
-    """Grasps of the real cell at rest: motor torques against all contact forces."""
+    """Grasps of the real workcell at rest: motor torques against all contact forces."""
     rows, sums = [], []
     for name, seed in GRASPS[:1] if short else GRASPS:
         held = hold(name, seed, Numerics(), spoil)

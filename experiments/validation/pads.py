@@ -19,17 +19,17 @@ from experiments.validation.rig_readings import advance, imprint, pressed
 from experiments.validation.rigs import (
     HONEST,
     TAXEL_RADIUS,
-    THING_MASS,
+    TEST_BODY_MASS,
     Shape,
     Spoil,
     bench,
     settings_for,
 )
-from sdh_sim.cell.scene import PAD_IMPEDANCE, taxel_stiffness
+from sdh_sim.cell.scene_builder import PAD_IMPEDANCE, taxel_stiffness
 from sdh_sim.robot import sdh2_constants as c
 
 PAD = "finger1_proximal"
-CELL = c.TAXEL_PITCH**2
+TAXEL_AREA = c.TAXEL_PITCH**2
 TOUCHED = 1e-6  # [N] on a taxel that counts as touched
 
 
@@ -41,10 +41,10 @@ def bed(force: float, radius: float, modulus: float = 1e6) -> tuple[float, float
 
 
 def counting_error(area: float, offsets: int) -> float:
-    """Three times the rms share by which counted cells miss a disc's area.
+    """Three times the rms share by which counted taxels miss a disc's area.
 
     Points of a square lattice in a disc of radius ρ lattice constants number π ρ² with an rms
-    error of 0.82 ρ^½; ``offsets`` places of the disc along each side of a cell refine the lattice
+    error of 0.82 ρ^½; ``offsets`` places of the disc along each side of a taxel refine the lattice
     by that factor.
     """
     rho = offsets * math.sqrt(area / math.pi) / c.TAXEL_PITCH
@@ -73,9 +73,9 @@ def plate(short: bool = False, spoil: Spoil = HONEST) -> Result:
 def _balls(
     radius: float, force: float, modulus: float, offsets: int, spoil: Spoil
 ) -> tuple[float, float, np.ndarray, np.ndarray]:
-    """A ball pressed at several places within a cell.
+    """A ball pressed at several places within a taxel.
 
-    The mean over places measures the area finer than one cell; the peak is that of a ball right
+    The mean over places measures the area finer than one taxel; the peak is that of a ball right
     over a taxel.
 
     Returns:
@@ -91,12 +91,12 @@ def _balls(
         forces = imprint(scene, pressed(scene, force), PAD).forces
         rows, columns = np.nonzero(forces > TOUCHED)
         distance = c.TAXEL_PITCH * np.hypot(rows - row, columns - column)
-        profile.append(np.column_stack([distance, forces[rows, columns] / CELL]))
+        profile.append(np.column_stack([distance, forces[rows, columns] / TAXEL_AREA]))
         if (row, column) == (6.0, 2.0):
-            peak = float(forces.max()) / CELL
+            peak = float(forces.max()) / TAXEL_AREA
         else:
             counts.append(len(rows))
-    return float(np.mean(counts)) * CELL, peak, np.concatenate(profile), forces
+    return float(np.mean(counts)) * TAXEL_AREA, peak, np.concatenate(profile), forces
 
 
 def ball(short: bool = False, spoil: Spoil = HONEST) -> Result:
@@ -112,9 +112,9 @@ def ball(short: bool = False, spoil: Spoil = HONEST) -> Result:
         edge = counting_error(exact_area, offsets)
         rows += [
             Row(f"{name}: patch area, bed under r + R", "mm²", 1e6 * exact_area, 1e6 * area,
-                edge, f"three times the error of counting cells, {offsets} places a side"),
+                edge, f"three times the error of counting taxels, {offsets} places a side"),
             Row(f"{name}: peak pressure, bed under r + R", "kPa", 1e-3 * exact_peak, 1e-3 * peak,
-                0.05, "sum over cells for an integral; outer taxels are smaller spheres"),
+                0.05, "sum over taxels for an integral; outer taxels are smaller spheres"),
             Row(f"{name}: patch area, ideal bed", "mm²", 1e6 * ideal_area, 1e6 * area,
                 share + edge, "taxel spheres of 13 mm: area up by (1 + R/r)^½", judged=False),
             Row(f"{name}: peak pressure, ideal bed", "kPa", 1e-3 * ideal_peak, 1e-3 * peak,
@@ -137,7 +137,7 @@ def modulus(short: bool = False, spoil: Spoil = HONEST) -> Result:
     rows.append(Row(
         f"patch at {moduli[0] / 1e6:g} MPa over that at {moduli[-1] / 1e6:g} MPa", "",
         math.sqrt(moduli[-1] / moduli[0]), areas[0] / areas[-1], limit,
-        "three times the error of counting cells in either patch",
+        "three times the error of counting taxels in either patch",
     ))  # fmt: skip
     for e, area, (predicted, total) in zip(moduli, areas, held, strict=True):
         rows.append(Row(
@@ -151,7 +151,8 @@ def modulus(short: bool = False, spoil: Spoil = HONEST) -> Result:
 def recoil(short: bool = False, spoil: Spoil = HONEST) -> Result:
     """A pressed plate let go: how fast the pad throws it off.
 
-    A contact of solref (-k, -2 k^½) moves a light thing as a critically damped spring of rate k^½:
+    A contact of solref (-k, -2 k^½) moves a light test body as a critically damped spring of rate
+    k^½:
     let go at a depth δ it leaves at δ k^½ / e. Rubber would be far faster, (84 K / m)^½ instead of
     k^½; of the energy stored the pad gives back next to nothing, so it cannot kick an object.
     """
@@ -163,12 +164,12 @@ def recoil(short: bool = False, spoil: Spoil = HONEST) -> Result:
     speed = float(data.qvel[0])
     stiffness = taxel_stiffness(settings)
     depth = force / (84 * stiffness)
-    a = scene.model.body_invweight0[scene.object, 0]
+    a = scene.model.body_invweight0[scene.object_body, 0]
     rate = math.sqrt(stiffness * (1.0 - PAD_IMPEDANCE) * a)
     rows = (
         Row("speed of a plate thrown off by a pad", "µm/s", 1e6 * depth * rate / math.e,
             1e6 * speed, 1.0 - PAD_IMPEDANCE, "damping and rate are right to 1 - d"),
-        Row("energy given back of that stored", "mJ", 0.0, 5e2 * THING_MASS * speed**2,
+        Row("energy given back of that stored", "mJ", 0.0, 5e2 * TEST_BODY_MASS * speed**2,
             math.exp(-2.0), "a critically damped spring gives back e^-2 at most",
             scale=5e2 * force * depth),
     )  # fmt: skip

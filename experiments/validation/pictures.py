@@ -201,7 +201,7 @@ def modulus(curves: dict[str, Any]) -> Figure:
     law = [bed(curves["force"], curves["radius"] + TAXEL_RADIUS, e)[1] for e in young]
     left.loglog(1e-6 * young, 1e6 * np.array(law), color=PREDICTED, lw=0.8,
                 label="elastic bed, E$^{-1/2}$")  # fmt: skip
-    left.loglog(1e-6 * young, 1e6 * area, "o", color=SIMULATED, mfc="none", label="cells touched")
+    left.loglog(1e-6 * young, 1e6 * area, "o", color=SIMULATED, mfc="none", label="taxels touched")
     left.set(xlabel="Young's modulus [MPa]", ylabel="patch area [mm²]",
              title=f"ball of {1e3 * curves['radius']:g} mm, {curves['force']:g} N")  # fmt: skip
     left.legend()

@@ -8,12 +8,10 @@ import mujoco
 import numpy as np
 
 import graspq as gq
-from experiments.validation.rigs import kinematics
+from sdh_sim.cell import Scene
 from sdh_sim.cell.contacts import taxel_forces
-from sdh_sim.cell.scene import Scene
+from sdh_sim.robot import HAND, PAD_NAMES, PAD_OFFSETS, hand_kinematics, taxel_centres
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.hand import HAND
-from sdh_sim.robot.pads import PAD_NAMES, PAD_OFFSETS, taxel_centres
 
 TICK = 0.01  # [s] between two set points of the motors
 
@@ -32,9 +30,9 @@ def copy(scene: Scene, data: mujoco.MjData) -> mujoco.MjData:
 
 
 def pressed(scene: Scene, force: float) -> mujoco.MjData:
-    """A bench whose thing has come to rest under a force [N] on its pad.
+    """A bench whose test body has come to rest under a force [N] on its pad.
 
-    Rubber of this contact model settles within 0.1 s or so, whatever the thing's mass.
+    Rubber of this contact model settles within 0.1 s or so, whatever the test body's mass.
     """
     data = mujoco.MjData(scene.model)
     data.qfrc_applied[0] = -force
@@ -72,11 +70,11 @@ def squeezed(
 
 @dataclass(frozen=True)
 class Touch:
-    """Contacts of the hand with the thing.
+    """Contacts of the hand with the test body.
 
     Attributes:
         points: palm frame (n, 3) [m].
-        forces: on the thing, palm frame (n, 3) [N].
+        forces: on the test body, palm frame (n, 3) [N].
         normal: normal parts [N] (n,).
         links: names of the links (n,).
         sensed: whether a taxel carries it (n,) bool.
@@ -90,21 +88,24 @@ class Touch:
 
 
 def touches(scene: Scene, data: mujoco.MjData) -> Touch:
-    """All contacts between hand and thing, or a real scene's object."""
+    """All contacts between hand and test body, or a real scene's object.
+
+    Read from MuJoCo on its own, not by ``sdh_sim.cell.contacts``, which is under test here.
+    """
     model, wrench = scene.model, np.zeros(6)
     palm, turn = data.xpos[scene.palm], data.xmat[scene.palm].reshape(3, 3)
     points, forces, normal, links, sensed = [], [], [], [], []
     for k in range(data.ncon):
         pair = data.contact.geom[k]
         bodies = model.geom_bodyid[pair]
-        if scene.object not in bodies or data.contact.efc_address[k] < 0:
+        if scene.object_body not in bodies or data.contact.efc_address[k] < 0:
             continue
         if scene.table in pair:
             continue
         mujoco.mj_contactForce(model, data, k, wrench)
         # The force is that on the second geom.
-        sign = 1.0 if bodies[1] == scene.object else -1.0
-        other = 0 if bodies[1] == scene.object else 1
+        sign = 1.0 if bodies[1] == scene.object_body else -1.0
+        other = 0 if bodies[1] == scene.object_body else 1
         points.append(turn.T @ (data.contact.pos[k] - palm))
         forces.append(sign * turn.T @ data.contact.frame[k].reshape(3, 3).T @ wrench[:3])
         normal.append(wrench[0])
@@ -118,8 +119,7 @@ def touches(scene: Scene, data: mujoco.MjData) -> Touch:
 
 def torques_of(scene: Scene, data: mujoco.MjData, touch: Touch) -> np.ndarray:
     """Motor torques that hold the contact forces, Σ Jᵀ f (7,) [N m], at the present posture."""
-    hand = kinematics()
-    hand.pose(data.qpos[scene.motor_qpos])
+    hand = hand_kinematics().at(data.qpos[scene.motor_qpos])
     torque = np.zeros(7)
     for point, force, link in zip(touch.points, touch.forces, touch.links, strict=True):
         torque += hand.jacobian(str(link), point).T @ force

@@ -1,9 +1,9 @@
-"""Rigs for the validation: the real SDH-2 with its real pads, and simple things to press on them.
+"""Rigs for the validation: the real SDH-2 with its real pads, and simple bodies to press on them.
 
 A rig is the project's hand, its taxels made rubber by the same function that serves the trials,
-standing palm up above the table, and one thing of simple shape. A *bench* is the hand with all its
-joints welded and a thing that slides on the normal of one pad, so that the force on the pad is
-known exactly; a *gripper* is the hand alive. World and palm frame have the same axes.
+standing palm up above the table, and one test body of simple shape. A *bench* is the hand with all
+its joints welded and a test body that slides on the normal of one pad, so that the force on the pad
+is known exactly; a *gripper* is the hand alive. World and palm frame have the same axes.
 """
 
 from __future__ import annotations
@@ -11,23 +11,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextvars import ContextVar
 from dataclasses import dataclass
-from functools import cache
 
 import mujoco
 import numpy as np
 
-from sdh_sim.cell import scene as scenes
-from sdh_sim.cell.scene import Scene
+from sdh_sim.cell import Scene
+from sdh_sim.cell.scene_builder import geom_groups, set_contacts, taxel_index
 from sdh_sim.model_files import models_dir
-from sdh_sim.objects.catalogue import OBJECT
+from sdh_sim.objects import OBJECT, object_info
+from sdh_sim.robot import HAND, MOTOR_NAMES, hand_kinematics, torque_limits
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.hand import HAND, MOTOR_NAMES, HandKinematics, torque_limits
 from sdh_sim.settings import PAPER_TORQUE_LIMIT, TrialSettings
 
 HAND_PLACE = np.array([0.45, 0.0, 0.4])  # of the hand's mount in the world [m]
 PALM = HAND_PLACE + np.array([0.0, 0.0, c.MOUNT_HEIGHT])
 GRAVITY = 9.81
-THING_MASS = 0.5  # [kg]; near that of the paper's objects
+TEST_BODY_MASS = 0.5  # [kg]; near that of the paper's objects
 TAXEL_RADIUS = 0.0132  # [m] of the taxels' spheres in the middle columns of a proximal pad
 
 
@@ -42,8 +41,8 @@ class Spoil:
         friction: on every friction coefficient.
         torque: on the motors' torque limits.
         impratio: on the ratio of friction to normal impedance.
-        gravity: on the acceleration of a released thing, and on the support that the real cell
-            gives the hand's own weight.
+        gravity: on the acceleration of a released test body, and on the support that the real
+            workcell gives the hand's own weight.
         creep: on the time constant of the tactile arrays' creep.
         implicit: take damping implicitly, behind the contact solver's back.
     """
@@ -62,7 +61,7 @@ HONEST = Spoil()
 
 @dataclass(frozen=True)
 class Shape:
-    """A geom of the thing, in the thing's frame.
+    """A geom of the test body, in the test body's frame.
 
     Attributes:
         kind: ``box``, ``sphere`` or ``cylinder``.
@@ -89,16 +88,9 @@ class Frame:
         return PALM + self.position
 
 
-@cache
-def kinematics() -> HandKinematics:
-    """The hand's kinematics, one for all checks; callers set its posture first."""
-    return HandKinematics()
-
-
 def pad_frame(body: str, row: float, column: float, angles: np.ndarray | None = None) -> Frame:
     """Frame on a pad: x out of it, y across the finger, at motor angles (7,) [rad] (default 0)."""
-    hand = kinematics()
-    hand.pose(np.zeros(7) if angles is None else angles)
+    hand = hand_kinematics().at(np.zeros(7) if angles is None else angles)
     position, rotation = hand.link(body)
     point, normal = c.pad_surface(body.rsplit("_", 1)[1], row, column)
     across = np.array([0.0, 1.0, 0.0])
@@ -110,31 +102,31 @@ def bench(
     body: str, row: float, column: float, shapes: Sequence[Shape], joints: Sequence[str],
     settings: TrialSettings, friction: float, spoil: Spoil = HONEST,
 ) -> Scene:  # fmt: skip
-    """The hand welded, a thing that moves in the frame of a pad at (row, column).
+    """The hand welded, a test body that moves in the frame of a pad at (row, column).
 
     Args:
         body: link that carries the pad, such as ``finger1_proximal``.
-        row, column: where on the pad the thing's frame lies (x out of the pad, y across).
-        shapes: of the thing; it should touch the pad at the origin of its frame.
+        row, column: where on the pad the test body's frame lies (x out of the pad, y across).
+        shapes: of the test body; it should touch the pad at the origin of its frame.
         joints: ``press`` slides along x, ``pull`` along y, ``draw`` along z, ``twist`` turns
-            about x; the thing keeps those only, in this order.
+            about x; the test body keeps those only, in this order.
         settings: rubber and time step.
-        friction: between pads and thing.
+        friction: between pads and test body.
         spoil: falsification, for tests.
 
-    Of the hand, only that link can touch the thing.
+    Of the hand, only that link can touch the test body.
     """
     spec = _hand_spec(settings)
     for item in [*spec.actuators, *spec.equalities, *spec.joints]:
         spec.delete(item)
-    thing = _thing(spec, pad_frame(body, row, column), shapes)
+    test_body = _test_body(spec, pad_frame(body, row, column), shapes)
     axes = {"press": (1, 0, 0), "pull": (0, 1, 0), "draw": (0, 0, 1), "twist": (1, 0, 0)}
     for name in joints:
         kind = mujoco.mjtJoint.mjJNT_HINGE if name == "twist" else mujoco.mjtJoint.mjJNT_SLIDE
-        thing.add_joint(name=name, type=kind, axis=axes[name])
+        test_body.add_joint(name=name, type=kind, axis=axes[name])
     scene = _scene(spec, settings, friction, spoil)
     link = scene.model.body(HAND + body).id
-    idle = (scene.model.geom_bodyid != link) & (scene.model.geom_bodyid != scene.object)
+    idle = (scene.model.geom_bodyid != link) & (scene.model.geom_bodyid != scene.object_body)
     scene.model.geom_contype[idle] = scene.model.geom_conaffinity[idle] = 0
     return scene
 
@@ -143,13 +135,13 @@ def gripper(
     place: Frame, shapes: Sequence[Shape], free: bool, settings: TrialSettings, friction: float,
     spoil: Spoil = HONEST, inertia: Sequence[float] = (1e-3, 1e-3, 1e-3),
 ) -> Scene:  # fmt: skip
-    """The live hand and a thing, fixed in the world or free, at a place in the palm frame."""
+    """The live hand and a test body, fixed in the world or free, at a place in the palm frame."""
     spec = _hand_spec(settings)
     for name, limit in zip(MOTOR_NAMES, torque_limits(settings.torque_limit), strict=True):
         spec.actuator(HAND + name).forcerange = [-limit * spoil.torque, limit * spoil.torque]
-    thing = _thing(spec, place, shapes, inertia)
+    test_body = _test_body(spec, place, shapes, inertia)
     if free:
-        thing.add_freejoint(name="free")
+        test_body.add_freejoint(name="free")
     return _scene(spec, settings, friction, spoil)
 
 
@@ -161,7 +153,7 @@ def settings_for(
     timestep: float | None = None, modulus: float = 1e6,
     torque_limit: tuple[float, float] = PAPER_TORQUE_LIMIT,
 ) -> TrialSettings:  # fmt: skip
-    """Trial settings of a rig; the object they name stands for the rig's own thing."""
+    """Trial settings of a rig; the object they name stands for the rig's own test body."""
     return TrialSettings(
         "box", timestep=timestep or timestep_in_use.get(), pad_modulus=modulus,
         torque_limit=torque_limit, sensor="ideal",
@@ -169,7 +161,7 @@ def settings_for(
 
 
 def _hand_spec(settings: TrialSettings) -> mujoco.MjSpec:
-    """Table and hand; the options are those of the cell."""
+    """Table and hand; the options are those of the workcell."""
     spec = mujoco.MjSpec.from_file(str(models_dir() / "cell" / "cell.xml"))
     hand = mujoco.MjSpec.from_file(str(models_dir() / "schunk_sdh2" / "sdh2.xml"))
     spec.attach(hand, prefix=HAND, frame=spec.worldbody.add_frame(pos=HAND_PLACE))
@@ -181,7 +173,7 @@ def _hand_spec(settings: TrialSettings) -> mujoco.MjSpec:
     return spec
 
 
-def _thing(
+def _test_body(
     spec: mujoco.MjSpec, place: Frame, shapes: Sequence[Shape],
     inertia: Sequence[float] = (1e-3, 1e-3, 1e-3),
 ) -> mujoco.MjsBody:  # fmt: skip
@@ -189,7 +181,7 @@ def _thing(
     mujoco.mju_mat2Quat(quat, place.rotation.ravel())
     body = spec.worldbody.add_body(name=f"{OBJECT}object", pos=place.world(), quat=quat)
     body.explicitinertial = True
-    body.mass, body.inertia, body.ipos = THING_MASS, inertia, (0.0, 0.0, 0.0)
+    body.mass, body.inertia, body.ipos = TEST_BODY_MASS, inertia, (0.0, 0.0, 0.0)
     kinds = {
         "box": mujoco.mjtGeom.mjGEOM_BOX,
         "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
@@ -212,9 +204,9 @@ def _scene(spec: mujoco.MjSpec, settings: TrialSettings, friction: float, spoil:
     model = spec.compile()
     joints = {model.joint(k).name for k in range(model.njnt)}
     alive = [HAND + name for name in MOTOR_NAMES if HAND + name in joints]
-    thing = model.body(f"{OBJECT}object").id
-    moves = model.body_jntnum[thing] > 0
-    first = model.joint(int(model.body_jntadr[thing])) if moves else None
+    test_body = model.body(f"{OBJECT}object").id
+    moves = model.body_jntnum[test_body] > 0
+    first = model.joint(int(model.body_jntadr[test_body])) if moves else None
     none = np.empty(0, dtype=np.int64)
     scene = Scene(
         model=model,
@@ -225,14 +217,15 @@ def _scene(spec: mujoco.MjSpec, settings: TrialSettings, friction: float, spoil:
         coupled_qpos=int(model.joint(HAND + c.COUPLED_JOINT).qposadr[0]) if alive else -1,
         arm_motors=none, arm_qpos=none, arm_dof=none, arm_speed_limit=none,
         palm=model.body(f"{HAND}palm").id,
-        object=thing,
+        object_body=test_body,
+        obj=object_info(settings.object),
         object_qpos=int(first.qposadr[0]) if first is not None else -1,
         object_dof=int(first.dofadr[0]) if first is not None else -1,
         table=model.geom("table").id,
-        taxel=scenes.taxel_index(model),
-        geom_group=scenes.geom_groups(model),
+        taxel=taxel_index(model),
+        geom_group=geom_groups(model),
     )  # fmt: skip
-    scenes.set_contacts(scene)
+    set_contacts(scene)
     model.geom_solref[scene.taxel >= 0] *= (spoil.stiffness, np.sqrt(spoil.stiffness))
     model.opt.impratio *= spoil.impratio
     set_friction(scene, friction * spoil.friction)
@@ -240,5 +233,5 @@ def _scene(spec: mujoco.MjSpec, settings: TrialSettings, friction: float, spoil:
 
 
 def set_friction(scene: Scene, friction: float) -> None:
-    """Sliding friction of everything that can touch the thing."""
+    """Sliding friction of everything that can touch the test body."""
     scene.model.geom_friction[:, 0] = friction

@@ -10,7 +10,8 @@ from experiments.validation.friction import clamp
 from experiments.validation.result_rows import Result, Row
 from experiments.validation.rigs import HONEST, Spoil
 from sdh_sim.cell.contacts import taxel_forces
-from sdh_sim.sensing.tactile_sensor import FRAME_RATE, SensorModel, TactileSensor
+from sdh_sim.sensing import SensorModel, TactileSensor
+from sdh_sim.sensing.tactile_sensor import FRAME_RATE
 
 # Slope of the sum of counts [1/N] at a time after contact [s], published for a distal pad.
 PUBLISHED = {0.5: 2810.0, 3.0: 4513.0, 10.0: 5074.0}
@@ -37,7 +38,7 @@ def sensor_creep(short: bool = False, spoil: Spoil = HONEST) -> Result:
         Row(
             f"sum of counts per newton, {t:g} s", "1/N", slope,
             float(np.interp(t, times, sums)) / forces.sum(), 0.03,
-            "two parameters fit three slopes; whole counts per cell",
+            "two parameters fit three slopes; whole counts per taxel",
         )
         for t, slope in PUBLISHED.items()
     ]  # fmt: skip
@@ -47,6 +48,6 @@ def sensor_creep(short: bool = False, spoil: Spoil = HONEST) -> Result:
         rows.append(Row(
             f"share of the reading at 10 s after {t:g} s", "1", late / final,
             float(np.interp(t, times, sums)) / sums[-1], 0.01,
-            "whole counts per cell",
+            "whole counts per taxel",
         ))  # fmt: skip
     return Result(tuple(rows), {"time": np.array(times), "counts": np.array(sums)})

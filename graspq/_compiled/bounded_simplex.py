@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from graspq._compiled.part import part
+from graspq._compiled.jit import compiled
 
 OPTIMAL, INFEASIBLE, UNBOUNDED, FAILED = 0, 1, 2, 3
 # Where a column rests.
@@ -83,7 +83,7 @@ def simplex_for(columns: np.ndarray) -> Simplex:
     )
 
 
-@part
+@compiled
 def row_of(basis, j):
     """The row in which column j is basic, or -1."""
     row = NONE
@@ -93,7 +93,7 @@ def row_of(basis, j):
     return row
 
 
-@part(fastmath={"contract", "reassoc", "nsz"})
+@compiled(fastmath={"contract", "reassoc", "nsz"})
 def combine_rows(inverse, row, factor, columns, count, out):
     """out = factor · (row of the inverse) A, over the first ``count`` columns."""
     for j in range(count):
@@ -105,7 +105,7 @@ def combine_rows(inverse, row, factor, columns, count, out):
                 out[j] += weight * columns[r, j]
 
 
-@part
+@compiled
 def refactor(lp):
     """Invert the basis by Gauss-Jordan elimination with row pivots; False when it is singular."""
     a, inverse = lp.scratch, lp.inverse
@@ -136,7 +136,7 @@ def refactor(lp):
     return True
 
 
-@part
+@compiled
 def find_values(lp, lower, upper):
     """Basic values from the slacks that rest at their bounds; other columns rest at 0."""
     m = lp.basis.shape[0]
@@ -152,7 +152,7 @@ def find_values(lp, lower, upper):
         lp.values[r] = total
 
 
-@part
+@compiled
 def find_reduced_costs(lp, count, goal, sense):
     """Reduced costs of the objective sense·x_goal."""
     row = row_of(lp.basis, goal)
@@ -165,7 +165,7 @@ def find_reduced_costs(lp, count, goal, sense):
     lp.reduced[goal] = 0.0
 
 
-@part
+@compiled
 def find_direction(lp, j):
     """How the basic values fall when column j rises: B⁻¹ a_j."""
     m = lp.basis.shape[0]
@@ -176,7 +176,7 @@ def find_direction(lp, j):
         lp.direction[r] = total
 
 
-@part
+@compiled
 def pivot(lp, enter, leave, bound):
     """Let a column enter at row ``leave``, whose column comes to rest at a bound."""
     inverse, direction = lp.inverse, lp.direction
@@ -194,7 +194,7 @@ def pivot(lp, enter, leave, bound):
                 inverse[r, c] -= factor * inverse[leave, c]
 
 
-@part
+@compiled
 def primal(lp, lower, upper, count, goal, sense):
     """Improve sense·x_goal from a feasible basis."""
     basis, status, values, direction = lp.basis, lp.status, lp.values, lp.direction
@@ -249,7 +249,7 @@ def primal(lp, lower, upper, count, goal, sense):
     return FAILED
 
 
-@part
+@compiled
 def dual(lp, lower, upper, count, goal, sense):
     """Restore bounds that basic values miss, while the reduced costs keep their signs."""
     basis, status, values = lp.basis, lp.status, lp.values

@@ -1,173 +1,222 @@
-"""Compiled convex hull of a set known by its support oracle, grown facet by facet.
+"""Compiled convex hull of a set known by its support function, grown vertex by vertex.
 
-The hull lives in six dimensions, in coordinates in which the set is about round, and always
-holds the origin: a facet is the plane u·x = 1 through six vertices. It starts from a simplex of
-artificial vertices too small to matter. A new facet through a ridge of a visible facet f and a
-hidden one g is a convex combination of their u, so no linear system is solved. Vertices are
-jogged by ``jog``, so that no seven of them share a plane; exact vertices decide in the end.
+The beneath-beyond method as Quickhull orders it (C. B. Barber, D. P. Dobkin and H. Huhdanpaa, "The
+Quickhull algorithm for convex hulls", ACM TOMS 22, 1996): from a facet below the new vertex, the
+visible facets are found through their neighbours; each ridge of the horizon around them makes a
+facet with the vertex, and new facets are joined where they share a ridge.
+
+The hull lives in six dimensions, in coordinates in which the set is about round, and always holds
+the origin: a facet is the plane u·x = 1 through six vertices. It starts as a simplex of artificial
+vertices too small to matter. A new facet through a ridge of a visible facet f and a hidden one g is
+a convex combination of their u, so no linear system is solved. Vertices are jogged (moved by a
+little at random), so that no seven of them share a plane; the exact ones decide in the end.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from graspq._compiled.jit import compiled
+from graspq._compiled.small_matrices import dot
 
 GROWN, FULL, BROKEN = 0, 1, 2
-ALIVE, DONE = 1, 2
+# Vertices of the first simplex.
+FIRST = 7
+
+# ``plane``: u; ``vertices``, and the ``neighbours`` opposite them; ``stamp`` is the number of the
+# last vertex that looked at the facet, negative where the facet is hidden from it; ``height`` is
+# u·x of that vertex.
+FACET = np.dtype(
+    [
+        ("plane", np.float64, (6,)),
+        ("height", np.float64),
+        ("vertices", np.int32, (6,)),
+        ("neighbours", np.int32, (6,)),
+        ("stamp", np.int64),
+    ],
+    align=True,
+)
+POINT = np.dtype([("exact", np.float64, (6,)), ("jogged", np.float64, (6,))])
+# A ridge among new facets: its vertices as one number, and a facet and side, or none.
+RIDGE = np.dtype([("key", np.int64), ("side", np.int64)])
+NO_SIDE, JOINED = -1, -2
+# How many of what there is.
+TALLY = np.dtype(
+    [(name, np.int64) for name in ("vertices", "facets", "free", "fresh", "visible", "stamp")]
+)
+
+
+class Hull(NamedTuple):
+    """A hull, and room for it to grow; every array may be longer than what is in use.
+
+    Attributes:
+        tally: one record of ``TALLY``.
+        vertices: records of ``POINT``.
+        facets: records of ``FACET``.
+        length: |u| of every facet before the set was made round; 0 where the facet is gone or
+            done with.
+        visible: facets below the new vertex.
+        free: facets whose room may be used again.
+        fresh: facets made last.
+        ridges: hash table of records of ``RIDGE``; its size is a power of two.
+    """
+
+    tally: np.ndarray
+    vertices: np.ndarray
+    facets: np.ndarray
+    length: np.ndarray
+    visible: np.ndarray
+    free: np.ndarray
+    fresh: np.ndarray
+    ridges: np.ndarray
 
 
 @compiled
-def simplex(small, vertices, jogged, facets, links, planes, state):
-    """Start the hull as a regular simplex of inradius ``small``; return the counts."""
+def start(hull, tally, small):
+    """Make the hull a regular simplex of inradius ``small``."""
     # Seven unit vectors with equal angles: columns of a Helmert matrix.
-    for i in range(7):
+    for i in range(FIRST):
+        point = hull.vertices[i]
         for r in range(6):
             value = 0.0
             if r + 1 > i:
                 value = 1.0 / np.sqrt((r + 1.0) * (r + 2.0))
             elif r + 1 == i:
                 value = -(r + 1.0) / np.sqrt((r + 1.0) * (r + 2.0))
-            vertices[i, r] = jogged[i, r] = 6.0 * small * value * np.sqrt(7.0 / 6.0)
-    for f in range(7):
+            point.exact[r] = 6.0 * small * value * np.sqrt(7.0 / 6.0)
+            point.jogged[r] = point.exact[r]
+    for f in range(FIRST):
+        facet = hull.facets[f]
         k = 0
-        for i in range(7):
+        for i in range(FIRST):
             if i != f:
-                facets[f, k], links[f, k] = i, i
+                facet.vertices[k] = i
+                facet.neighbours[k] = i
                 k += 1
         for r in range(6):
             # The facet opposite vertex f: its plane is u = -v_f / small / |v_f|.
-            planes[f, r] = -vertices[f, r] / (6.0 * small) / small
-        state[f] = ALIVE
-    return 7, 7
+            facet.plane[r] = -hull.vertices[f].exact[r] / (6.0 * small) / small
+        facet.stamp = 0
+    tally.vertices = FIRST
+    tally.facets = FIRST
+    tally.free = 0
+    tally.stamp = 0
 
 
 @compiled
-def insert(
-    count,
-    first,
-    top,
-    jogged,
-    facets,
-    links,
-    planes,
-    state,
-    mark,
-    stamp,
-    stack,
-    edge,
-    free,
-    free_count,
-    table,
-    tags,
-    fresh,
-):
-    """Add vertex ``count`` seen from facet ``first``; return (status, top, free, new facets)."""
-    v = jogged[count]
-    depth, seen, ridges = 1, 0, 0
-    stack[0] = first
-    mark[first] = stamp
-    height = edge[0]
-    height[first] = _height(planes, first, v)
-    # Visible facets, found through their neighbours, and the ridges around them.
-    while depth > seen:
-        f = stack[seen]
-        seen += 1
+def insert(hull, tally, first):
+    """Add the vertex after the last, seen from facet ``first``; new facets are in ``fresh``."""
+    new = tally.vertices
+    x = hull.vertices[new].jogged
+    tally.stamp += 1
+    _look(hull, tally, first, x)
+    ridges = 0
+    for i in range(tally.visible):
+        neighbours = hull.facets[hull.visible[i]].neighbours
         for k in range(6):
-            g = links[f, k]
-            if mark[g] == stamp or mark[g] == -stamp:
-                continue
-            height[g] = _height(planes, g, v)
-            if height[g] > 1.0:
-                mark[g] = stamp
-                stack[depth] = g
-                depth += 1
-            else:
-                mark[g] = -stamp
-    made = 0
-    size = 64
-    for i in range(depth):
-        for k in range(6):
-            if mark[links[stack[i], k]] == -stamp:
+            if hull.facets[neighbours[k]].stamp == -tally.stamp:
                 ridges += 1
+    size = 64
     while size < 12 * ridges:
         size *= 2
-    if size > table.shape[0] or top + ridges > facets.shape[0]:
-        return FULL, top, free_count, 0
-    table[:size] = -1
+    if size > hull.ridges.shape[0] or tally.facets + ridges > hull.facets.shape[0]:
+        return FULL
+    for i in range(size):
+        hull.ridges[i].side = NO_SIDE
     open_sides = 0
-    for i in range(depth):
-        f = stack[i]
+    tally.fresh = 0
+    for i in range(tally.visible):
+        f = hull.visible[i]
         for k in range(6):
-            g = links[f, k]
-            if mark[g] != -stamp:
-                continue
-            if free_count > 0:
-                free_count -= 1
-                new = free[free_count]
-            else:
-                new = top
-                top += 1
-            fresh[made] = new
-            made += 1
-            share = (1.0 - height[g]) / (height[f] - height[g])
-            for r in range(6):
-                planes[new, r] = share * planes[f, r] + (1.0 - share) * planes[g, r]
-            spot = 0
-            for m in range(6):
-                if m != k:
-                    facets[new, spot] = facets[f, m]
-                    spot += 1
-            facets[new, 5] = count
-            links[new, 5] = g
-            for m in range(6):
-                if links[g, m] == f and _opposite(facets, g, m, f):
-                    links[g, m] = new
-            state[new] = ALIVE
-            mark[new] = 0
-            open_sides += _join(new, facets, links, table, tags, size)
-    for i in range(depth):
-        f = stack[i]
-        state[f] = 0
-        free[free_count] = f
-        free_count += 1
-    return (GROWN if open_sides == 0 else BROKEN), top, free_count, made
+            g = hull.facets[f].neighbours[k]
+            if hull.facets[g].stamp == -tally.stamp:
+                made = _make_facet(hull, tally, f, k, g, new)
+                open_sides += _join(hull, made, size)
+    for i in range(tally.visible):
+        f = hull.visible[i]
+        hull.length[f] = 0.0
+        hull.free[tally.free] = f
+        tally.free += 1
+    tally.vertices += 1
+    return GROWN if open_sides == 0 else BROKEN
 
 
 @compiled
-def _height(planes, f, v):
-    return (
-        planes[f, 0] * v[0]
-        + planes[f, 1] * v[1]
-        + planes[f, 2] * v[2]
-        + planes[f, 3] * v[3]
-        + planes[f, 4] * v[4]
-        + planes[f, 5] * v[5]
-    )
+def _look(hull, tally, first, x):
+    """List the facets that x is above, through neighbours, and stamp those around them."""
+    stamp = tally.stamp
+    hull.visible[0] = first
+    hull.facets[first].stamp = stamp
+    hull.facets[first].height = dot(hull.facets[first].plane, x)
+    depth, seen = 1, 0
+    while depth > seen:
+        facet = hull.facets[hull.visible[seen]]
+        seen += 1
+        for k in range(6):
+            g = facet.neighbours[k]
+            other = hull.facets[g]
+            if abs(other.stamp) != stamp:
+                height = dot(other.plane, x)
+                other.height = height
+                if height > 1.0:
+                    other.stamp = stamp
+                    hull.visible[depth] = g
+                    depth += 1
+                else:
+                    other.stamp = -stamp
+    tally.visible = depth
 
 
 @compiled
-def _opposite(facets, g, m, f):
-    """Whether vertex m of g is the one that facet f lacks."""
-    lacking = facets[g, m]
-    found = False
-    for k in range(6):
-        found = found or facets[f, k] == lacking
-    return not found
+def _make_facet(hull, tally, f, k, g, new):
+    """Make the facet of vertex ``new`` and the ridge between f and g, opposite f's vertex k."""
+    if tally.free > 0:
+        tally.free -= 1
+        made = np.int64(hull.free[tally.free])
+    else:
+        made = tally.facets
+        tally.facets += 1
+    hull.fresh[tally.fresh] = made
+    tally.fresh += 1
+    below, hidden, facet = hull.facets[f], hull.facets[g], hull.facets[made]
+    share = (1.0 - hidden.height) / (below.height - hidden.height)
+    for r in range(6):
+        facet.plane[r] = share * below.plane[r] + (1.0 - share) * hidden.plane[r]
+    place = 0
+    for m in range(6):
+        if m != k:
+            facet.vertices[place] = below.vertices[m]
+            place += 1
+    facet.vertices[5] = new
+    facet.neighbours[5] = g
+    facet.stamp = 0
+    for m in range(6):
+        if hidden.neighbours[m] == f:
+            # f and g may be neighbours twice; this side of g lies opposite what f lacks.
+            common = False
+            for i in range(6):
+                common = common or below.vertices[i] == hidden.vertices[m]
+            if not common:
+                hidden.neighbours[m] = made
+    return made
 
 
 @compiled
-def _join(new, facets, links, table, tags, size):
-    """Link ``new`` to its neighbours among the new facets by shared four vertices.
+def _join(hull, made, size):
+    """Join a new facet to others where both have four vertices and the new one in common.
 
-    Returns the change in the number of sides still open.
+    Returns the change in the number of sides that have no neighbour yet.
     """
     change = 0
-    for drop in range(5):
+    facet = hull.facets[made]
+    for side in range(5):
         a, b, c, d = -1, -1, -1, -1
         for m in range(5):
-            if m != drop:
-                a, b, c, d = b, c, d, facets[new, m]
+            if m != side:
+                a, b, c, d = b, c, d, np.int64(facet.vertices[m])
+        # Sorted, so that the ridge has one name; at most 2¹⁵ vertices make it one number.
         if a > b:
             a, b = b, a
         if c > d:
@@ -178,21 +227,22 @@ def _join(new, facets, links, table, tags, size):
             b, d = d, b
         if b > c:
             b, c = c, b
-        key = ((np.int64(a) * 32768 + b) * 32768 + c) * 32768 + d
-        mix = np.uint64(key) * np.uint64(0x9E3779B97F4A7C15)
-        at = np.int64(mix >> np.uint64(40)) & (size - 1)
+        key = ((a * 32768 + b) * 32768 + c) * 32768 + d
+        # Multiplicative hashing (D. E. Knuth, TAOCP 3, 6.4), open addressing.
+        at = np.int64((np.uint64(key) * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(40))
+        at &= size - 1
         while True:
-            held = table[at]
-            if held == -1:
-                table[at] = new * 8 + drop
-                tags[at] = key
+            ridge = hull.ridges[at]
+            if ridge.side == NO_SIDE:
+                ridge.side = made * 8 + side
+                ridge.key = key
                 change += 1
                 break
-            if tags[at] == key and held >= 0:
-                other, side = held // 8, held % 8
-                links[new, drop] = other
-                links[other, side] = new
-                tags[at] = -1
+            if ridge.key == key and ridge.side >= 0:
+                other, back = ridge.side // 8, ridge.side % 8
+                facet.neighbours[side] = other
+                hull.facets[other].neighbours[back] = made
+                ridge.side = JOINED
                 change -= 1
                 break
             at = (at + 1) & (size - 1)
@@ -200,24 +250,27 @@ def _join(new, facets, links, table, tags, size):
 
 
 @compiled
-def known(vertex, vertices, count):
-    """Index of ``vertex`` among the hull's, or -1."""
-    for i in range(count):
+def is_vertex(hull, tally, x):
+    """Whether x is a vertex of the hull already."""
+    for i in range(tally.vertices):
         far = 0.0
         for r in range(6):
-            far = max(far, abs(vertices[i, r] - vertex[r]))
+            far = max(far, abs(hull.vertices[i].exact[r] - x[r]))
         if far <= 1e-13:
-            return i
-    return -1
+            return True
+    return False
 
 
 @compiled
-def jog_vertex(vertex, index, jog, seed, out):
-    """Move a vertex by a reproducible random amount up to ``jog`` per row."""
+def jog(point, index, most, seed):
+    """Move a vertex by a reproducible random amount up to ``most`` per row.
+
+    Random numbers are those of xorshift64* (S. Vigna, ACM TOMS 42, 2016).
+    """
     x = np.uint64(index + 1) * np.uint64(0x9E3779B97F4A7C15) + np.uint64(seed)
     for r in range(6):
         x ^= x >> np.uint64(12)
         x ^= x << np.uint64(25)
         x ^= x >> np.uint64(27)
         part = np.int64((x * np.uint64(0x2545F4914F6CDD1D)) >> np.uint64(33)) / 2147483648.0
-        out[r] = vertex[r] + jog * (2.0 * part - 1.0)
+        point.jogged[r] = point.exact[r] + most * (2.0 * part - 1.0)

@@ -1,32 +1,115 @@
-"""How the library compiles: entries are kept on disk where a folder can be written."""
+"""How the library compiles, and keeps what it compiled.
+
+An *entry* is what Python calls. Its callers give arrays of one kind, so it is compiled once, at its
+first call, and kept on disk. A *part* is called by entries and other parts alone; it becomes
+machine code inside the entries that use it, and stays a plain function for Python.
+
+Numba keeps an entry beside its source, or in the user's cache folder where that is read-only
+(``NUMBA_CACHE_DIR`` names another). It looks at the entry's own file alone to see whether what it
+kept is still valid, so here the name that an entry is kept under also holds a digest of every file
+that its parts may come from: code of another version is never found. A folder that cannot be
+written, or a damaged file in it, costs time and nothing else.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import functools
+import hashlib
+import sys
+import threading
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
-from numba import njit
+from numba import njit, typeof
+from numba.extending import register_jitable
+
+# The interpreter's lock is not held; a division by zero gives an infinity, as in C; nobody calls
+# from C.
+OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+NOTE = "graspq: compiling {name} for the first time on this machine; this takes some seconds"
 
 
-def compiled(function: Callable[..., Any] | None = None, **more: Any) -> Any:
-    """Compile a part of an entry, without the interpreter's lock; with or without options.
+def digest_of(folder: Path) -> str:
+    """Return a short digest of the names and contents of a folder's Python files."""
+    total = hashlib.sha256()
+    for path in sorted(folder.glob("*.py")):
+        total.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return total.hexdigest()[:12]
 
-    Parts are not kept by themselves: that would compile each to machine code of its own.
-    """
+
+DIGEST = digest_of(Path(__file__).parent)
+
+
+def compiled(function: Callable[..., Any] | None = None, **options: Any) -> Any:
+    """Make a part: with or without options of Numba's, as ``fastmath``."""
 
     def wrap(plain: Callable[..., Any]) -> Any:
-        return njit(nogil=True, error_model="numpy", **more)(plain)
+        return register_jitable(**OPTIONS, **options)(plain)
 
     return wrap if function is None else wrap(function)
 
 
-def entry(function: Callable[..., Any]) -> Any:
-    """Compile what Python calls, and keep it on disk.
+def entry(function: Callable[..., Any]) -> Entry:
+    """Make an entry of a function."""
+    return Entry(function)
 
-    Numba keeps the result beside the source, or in the user's cache folder when that is
-    read-only (``NUMBA_CACHE_DIR`` names another); with neither, each process compiles anew.
-    """
-    try:
-        return njit(cache=True, nogil=True, error_model="numpy")(function)
-    except RuntimeError:
-        return njit(nogil=True, error_model="numpy")(function)
+
+class Entry:
+    """A function that is compiled, or read from disk, when it is called first."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        functools.update_wrapper(self, function)
+        # Numba names the files after it.
+        function.__qualname__ = f"{function.__name__}_{DIGEST}"
+        self._function = function
+        self._kernel: Any = None
+        self._lock = threading.Lock()
+
+    def __call__(self, *args: Any) -> Any:
+        if self._kernel is None:
+            with self._lock:
+                if self._kernel is None:
+                    self._kernel = self._ready(tuple(typeof(a) for a in args))
+        return self._kernel(*args)
+
+    def _ready(self, signature: tuple[Any, ...]) -> Any:
+        """The compiled function, from disk where it is there."""
+        name = self._function.__qualname__
+        try:
+            # RuntimeError without a folder that can be written.
+            kernel = njit(cache=True, **OPTIONS)(self._function)
+        except RuntimeError:
+            _tell(self._function.__name__)
+            return self._uncached(signature)
+        kept = _kept(kernel, name)
+        if not kept:
+            _tell(self._function.__name__)
+        try:
+            kernel.compile(signature)
+            return kernel
+        except Exception:
+            # A full disk and a damaged file raise whatever they happen to raise. The files go, so
+            # that the next process finds none; an error in the code itself comes once more below.
+            for path in _kept(kernel, name):
+                with contextlib.suppress(OSError):
+                    path.unlink()
+            return self._uncached(signature)
+
+    def _uncached(self, signature: tuple[Any, ...]) -> Any:
+        kernel = njit(**OPTIONS)(self._function)
+        kernel.compile(signature)
+        return kernel
+
+
+def _kept(kernel: Any, name: str) -> list[Path]:
+    """The files on disk that hold an entry."""
+    folder = Path(kernel.stats.cache_path)
+    return [p for p in folder.glob(f"*{name}*") if p.suffix in (".nbi", ".nbc")]
+
+
+def _tell(name: str) -> None:
+    """Tell a person who waits why; programs and log files are told nothing."""
+    if sys.stderr is not None and sys.stderr.isatty():
+        print(NOTE.format(name=name), file=sys.stderr, flush=True)

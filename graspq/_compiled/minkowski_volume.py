@@ -24,100 +24,38 @@ is left of them shows whether a facet is missing.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
-from graspq._compiled.jit import entry
+from graspq._compiled.jit import compiled, entry
 from graspq._compiled.normal_cones import (
-    BASE,
-    BASIS,
-    COVER,
-    COVERS,
-    ZERO,
     crossing,
     cut_cone,
     edge_arc,
     hide_vertices,
     start_cone,
 )
-from graspq._compiled.part import part
+from graspq._compiled.polytopes import (
+    AREA,
+    BASE,
+    BASIS,
+    CLOSURE,
+    COVER,
+    COVERS,
+    END_VERTEX,
+    FIRST_VERTEX,
+    TAKEN,
+    VERTEX,
+    VOLUME,
+    ZERO,
+)
 
 # Directions shorter than this, in sets about one in size, do not span a face.
 ROUND_OFF = 1e-13
 # Dimensions of the chosen faces, largest first; equal ones are taken from rising bodies.
 PATTERNS = np.array([(3, 0, 0), (2, 1, 0), (1, 1, 1), (4, 0, 0), (2, 2, 0), (3, 2, 0), (5, 0, 0)])
-# Columns of a body after the first face of each dimension (0 to 6, and the end): its vertices, and
-# whether one of its faces is chosen.
-FIRST_VERTEX, END_VERTEX, TAKEN = 8, 9, 10
-# Parts of ``Workspace.sums``: 6 V and the area, the sum of the area vectors, a vertex of the sum of
-# the chosen faces in their complement.
-VOLUME, AREA, CLOSURE, VERTEX = 0, 1, 2, 8
 
 
-class Polytopes(NamedTuple):
-    """The bodies and their faces, in arrays for all bodies.
-
-    Attributes:
-        vertices: vertices of all bodies, (V, 6).
-        bodies: per body where its faces of every dimension and its vertices are, (n, 11).
-        faces: vertices of every face, and of the faces that cover it, (F, 7 + most covers).
-        volumes: volume of a face over that of the parallelotope of its basis, (F,).
-    """
-
-    vertices: np.ndarray
-    bodies: np.ndarray
-    faces: np.ndarray
-    volumes: np.ndarray
-
-
-class Workspace(NamedTuple):
-    """Memory for one sum.
-
-    Attributes:
-        choice: per depth the body, the face, and rows in use before it, (4, 3).
-        sizes: per depth the volume of the faces chosen before it, (4,).
-        rows: orthonormal directions of the chosen faces, then of their complement, (6, 6).
-        flat: vertices in the complement, and whether another hides one, (V, 4).
-        cuts: of the chosen faces, in the complement, (K, 3).
-        rays: two cones: rays and a height of each, (2 (K + 4), 4).
-        levels: heights of vertices along rays, (V, K + 4).
-        arcs: normals of edges in the cone, three rows each, (3 E + 3, 3).
-        normal: of a facet in the complement, (3,).
-        sums: what the facets add up to, (11,).
-    """
-
-    choice: np.ndarray
-    sizes: np.ndarray
-    rows: np.ndarray
-    flat: np.ndarray
-    cuts: np.ndarray
-    rays: np.ndarray
-    levels: np.ndarray
-    arcs: np.ndarray
-    normal: np.ndarray
-    sums: np.ndarray
-
-
-def workspace_for(polytopes: Polytopes) -> Workspace:
-    """Memory for the sum of these bodies."""
-    vertices, cuts = len(polytopes.vertices), 3 * int(polytopes.faces[:, COVERS].max())
-    edges = int((polytopes.bodies[:, 2] - polytopes.bodies[:, 1]).sum())
-    return Workspace(
-        choice=np.zeros((4, 3), np.int64),
-        sizes=np.ones(4),
-        rows=np.zeros((6, 6)),
-        flat=np.zeros((vertices, 4)),
-        cuts=np.zeros((cuts, 3)),
-        rays=np.zeros((2 * (cuts + 4), 4)),
-        levels=np.zeros((vertices, cuts + 4)),
-        arcs=np.zeros((3 * edges + 3, 3)),
-        normal=np.zeros(3),
-        sums=np.zeros(11),
-    )
-
-
-@part
+@compiled
 def _orthogonalise(rows, used):
     """Make row ``used`` orthonormal to those before; return how long it is across them."""
     before, square = 0.0, 0.0
@@ -144,7 +82,7 @@ def _orthogonalise(rows, used):
     return length
 
 
-@part
+@compiled
 def _add_face(vertices, faces, f, dim, rows, used):
     """Add a face's directions to the rows; return the volume of their parallelotope across them."""
     volume = 1.0
@@ -157,7 +95,7 @@ def _add_face(vertices, faces, f, dim, rows, used):
     return volume
 
 
-@part
+@compiled
 def _complete(rows, used):
     """Complete orthonormal rows to six, by the axes that are farthest from them."""
     for r in range(used, 6):
@@ -173,7 +111,7 @@ def _complete(rows, used):
         _orthogonalise(rows, r)
 
 
-@part
+@compiled
 def _project(vertices, bodies, rows, used, flat):
     """Bring the vertices of bodies without a chosen face into the complement."""
     for m in range(bodies.shape[0]):
@@ -186,7 +124,7 @@ def _project(vertices, bodies, rows, used, flat):
                     flat[k, c] = total
 
 
-@part
+@compiled
 def _find_cuts(vertices, faces, choice, count, rows, used, cuts, sums):
     """Find the cuts of the chosen faces, and a vertex of their sum; return how many cuts."""
     found = ZERO
@@ -210,7 +148,7 @@ def _find_cuts(vertices, faces, choice, count, rows, used, cuts, sums):
     return found
 
 
-@part
+@compiled
 def _add_facet(bodies, flat, rows, used, area, normal, sums):
     """Add the facet with this unit normal in the complement and this area."""
     height, complement = 0.0, 6 - used
@@ -231,7 +169,7 @@ def _add_facet(bodies, flat, rows, used, area, normal, sums):
     sums[AREA] += area
 
 
-@part
+@compiled
 def _facets_in_space(polytopes, work, used, cuts, last, size):
     """Add the facets that edges of two bodies after ``last`` complete."""
     bodies, faces, rays, flat = polytopes.bodies, polytopes.faces, work.rays, work.flat
@@ -267,7 +205,7 @@ def _facets_in_space(polytopes, work, used, cuts, last, size):
                     found += 3
 
 
-@part
+@compiled
 def _facets_in_plane(polytopes, work, used, cuts, size):
     """Add the facets that an edge of one more body completes."""
     bodies, faces, flat, normal = polytopes.bodies, polytopes.faces, work.flat, work.normal
@@ -305,7 +243,7 @@ def _facets_in_plane(polytopes, work, used, cuts, size):
                     _add_facet(bodies, flat, work.rows, used, length * size, normal, work.sums)
 
 
-@part
+@compiled
 def _facets_on_line(polytopes, work, used, cuts, size):
     """Add the facets that the chosen faces are without another edge."""
     normal = work.normal
@@ -319,7 +257,7 @@ def _facets_on_line(polytopes, work, used, cuts, size):
             _add_facet(polytopes.bodies, work.flat, work.rows, used, size, normal, work.sums)
 
 
-@part
+@compiled
 def _may_choose(bodies, body, later):
     """Whether a body has no chosen face yet, and ``later`` bodies after it have none either."""
     for m in range(body + 1, bodies.shape[0]):
@@ -327,7 +265,7 @@ def _may_choose(bodies, body, later):
     return later <= 0 and bodies[body, TAKEN] == 0
 
 
-@part
+@compiled
 def _next_choice(polytopes, work, pattern, count, depth):
     """Go on to the next choice of faces, the last one fastest; False when there is none."""
     bodies, choice, sizes = polytopes.bodies, work.choice, work.sizes

@@ -13,16 +13,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from graspq._compiled.part import part
-
-# Columns of a face: a vertex, up to five more that with it span the face, how many faces cover it,
-# and one vertex out of each that is not in the face.
-BASE, BASIS, COVERS, COVER = 0, 1, 6, 7
-# A count that starts from a plain 0 has a type of its own, for which Numba compiles once more.
-ZERO = np.int64(0)
+from graspq._compiled.jit import compiled
+from graspq._compiled.polytopes import BASE, BASIS, COVER, COVERS, ZERO
 
 
-@part
+@compiled
 def between(a, i, j, height_i, height_j, out, k):
     """Row k of ``out``: where heights of opposite signs meet 0 between rows i and j of ``a``."""
     share = abs(height_i) / (abs(height_i) + abs(height_j))
@@ -30,7 +25,7 @@ def between(a, i, j, height_i, height_j, out, k):
         out[k, c] = a[i, c] + share * (a[j, c] - a[i, c])
 
 
-@part
+@compiled
 def start_cone(rays, number):
     """The cone over face ``number`` (0 to 3) of a regular tetrahedron; the four fill the space."""
     count = ZERO
@@ -42,7 +37,7 @@ def start_cone(rays, number):
     return count
 
 
-@part
+@compiled
 def cut_cone(rays, first, count, cuts, k):
     """Cut the cone of ``count`` rays by u·cuts[k] <= 0; return its first ray and their number.
 
@@ -67,7 +62,7 @@ def cut_cone(rays, first, count, cuts, k):
     return start, kept - start
 
 
-@part
+@compiled
 def hide_vertices(rays, first, count, flat, begin, end, levels):
     """Find the heights of vertices along rays, and hide vertices: those that are below another.
 
@@ -98,7 +93,7 @@ def hide_vertices(rays, first, count, flat, begin, end, levels):
     return seen
 
 
-@part
+@compiled
 def edge_arc(rays, first, count, faces, e, flat, levels, arcs, arc):
     """Whether edge e has normals inside the cone; its arc receives them.
 
@@ -130,7 +125,7 @@ def edge_arc(rays, first, count, faces, e, flat, levels, arcs, arc):
     return True
 
 
-@part
+@compiled
 def crossing(arcs, i, j, u):
     """The area that the edges of two arcs span, and the unit normal where they cross; or 0."""
     i_start, i_end, j_start, j_end = 0.0, 0.0, 0.0, 0.0

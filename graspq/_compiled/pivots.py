@@ -1,197 +1,185 @@
-"""Compiled pivots of ray shooting: bases of six vertices, chosen through a support oracle."""
+"""Compiled pivots of the revised simplex method whose columns a support function generates.
+
+The linear program is min Σ λ_k subject to Σ λ_k v_k = t over all points v_k of a set, with six of
+them in the basis. Primal pivots (G. B. Dantzig, "Linear Programming and Extensions", 1963,
+chapters 8 and 9) keep the weights λ non-negative: the support point of u = B⁻ᵀ 1 has the most
+negative reduced cost 1 - h(u) and enters, and the ratio test says which vertex leaves. Dual pivots
+(C. E. Lemke, 1954) keep the plane u·x = 1 above the set: the vertex of negative weight leaves, and
+u is tilted about the other five until the set supports it.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
 from graspq._compiled.jit import compiled
-from graspq._compiled.polytope_pivots import GAIN, ask
-from graspq._compiled.small_matrices import dot, row_sum, times
-from graspq._compiled.support_function import support
+from graspq._compiled.small_matrices import dot
+from graspq._compiled.support_function import candidate_support, remember, support
 from graspq._compiled.workspace import (
-    ARTIFICIAL,
-    CHOICE,
-    DIRECTIONS,
-    INVERSE,
+    CHOSEN,
     KEPT,
-    PAD,
-    PICKS,
-    REAL,
-    SCRATCH,
+    OBJECTIVE,
+    VERTEX,
+    WEIGHTS,
+    WIDTH,
+    aim,
     refactor,
 )
 
-# Length of the artificial vertices in units of the set's extent; TALL where the set is a plain
-# polytope: fewer pivots, and no smooth surface that needs them out of the way.
-SMALL, TALL = 1e-3, 1e-2
+# An entry of the entering column of less is no place to pivot on; ratios this close are a tie.
+LEAST_PIVOT, TIE = 1e-11, 1e-13
+# Bodies of more points are asked through a list of candidates first (partial pricing), which must
+# gain this much: less may be round-off of a long u about a point that is in the basis.
+MANY, LEAST_GAIN = 256, 1e-7
+# Pivots after which the tableau is formed anew, to rid it of round-off.
+FRESH_PRIMAL, FRESH_DUAL = 40, 20
+# Most tilts of one dual pivot: each is a vertex nearer, and few are needed.
+MOST_TILTS = 60
+# Along a direction with less of a support value the set does not reach past the origin.
+NO_REACH = 1e-12
+DONE, UNREACHABLE, CAPPED = 0, 1, 2
 
 
 @compiled
-def price(u, body, pads, enough, desk, out):
-    """Support of the set together with the pads ±p that stand for directions it lacks.
-
-    Of plain polytopes any vertex worth more than ``enough`` will do. Returns (value, kind).
-    """
-    points, starts, centres, axes, balls, zero, shift = body
-    if axes.shape[0] == 0 and pads.shape[0] == 0:
-        return ask(u, body, enough, desk, out), REAL
-    h = support(
-        u, points, starts, centres, axes, balls, zero, shift, desk.score, desk.places[CHOICE], out
-    )
-    kind = REAL
-    for k in range(pads.shape[0]):
-        along = 0.0
-        for r in range(6):
-            along += u[r] * pads[k, r]
-        if abs(along) > h:
-            h, kind = abs(along), PAD
-            for r in range(6):
-                out[r] = pads[k, r] if along > 0 else -pads[k, r]
-    return h, kind
+def enter_column(tableau, vertex, column):
+    """Write B⁻¹ times the vertex to ``column``, and what it gains, h(u) - 1, below it."""
+    v0, v1, v2, v3, v4, v5 = vertex[0], vertex[1], vertex[2], vertex[3], vertex[4], vertex[5]
+    for k in range(WIDTH):
+        column[k] = (
+            v0 * tableau[0, k]
+            + v1 * tableau[1, k]
+            + v2 * tableau[2, k]
+            + v3 * tableau[3, k]
+            + v4 * tableau[4, k]
+            + v5 * tableau[5, k]
+        )
+    column[OBJECTIVE] -= 1.0
 
 
 @compiled
-def replace(desk, leave, vertex, u, kind, picks, column):
-    """Pivot ``vertex`` into place ``leave``; ``column`` is B⁻¹ times the vertex.
+def pivot(work, leave, vertex, direction, which):
+    """Exchange basis vertex ``leave`` for ``vertex``, whose entering column is given.
 
-    Its direction and the atoms that make it up, row ``picks`` of the places, are kept beside it.
+    The direction it supports and what each set contributes to it are kept beside it.
     """
-    sheet, places = desk.sheet, desk.places
-    inverse = sheet[INVERSE : INVERSE + 6]
+    state = work.state
+    tableau, column = state.tableau, state.column
     scale = 1.0 / column[leave]
-    for c in range(6):
-        inverse[leave, c] *= scale
+    for c in range(WEIGHTS + 1):
+        factor = tableau[c, leave] * scale
+        for k in range(WIDTH):
+            tableau[c, k] -= factor * column[k]
+        tableau[c, leave] = factor
+    state.kinds[leave] = VERTEX
     for r in range(6):
-        if r != leave and column[r] != 0.0:
-            for c in range(6):
-                inverse[r, c] -= column[r] * inverse[leave, c]
-    for r in range(6):
-        sheet[r, leave] = vertex[r]
-        sheet[DIRECTIONS + leave, r] = u[r]
-    desk.kinds[leave] = kind
-    for i in range(places.shape[1]):
-        places[PICKS + leave, i] = places[picks, i]
+        state.basis[leave, r] = vertex[r]
+        state.directions[leave, r] = direction[r]
+    for i in range(work.parts.shape[1]):
+        work.parts[leave, i] = work.parts[which, i]
 
 
 @compiled
-def start_basis(desk, task, size, small):
-    """Set up the artificial basis of ``small`` times the extent ``size`` around ``task``."""
-    sheet = desk.sheet
-    for r in range(6):
-        for c in range(6):
-            sheet[r, c] = 0.0
-            sheet[INVERSE + r, c] = 0.0
-            sheet[DIRECTIONS + r, c] = 0.0
-        length = small * size[r] if task[r] >= 0.0 else -small * size[r]
-        sheet[r, r] = length
-        sheet[INVERSE + r, r] = 1.0 / length
-        desk.kinds[r] = ARTIFICIAL
+def ratio_test(tableau, column):
+    """Basis vertex whose weight reaches zero first, the largest pivot of equals; -1 if none."""
+    leave, least = -1, np.inf
+    for k in range(6):
+        if column[k] > LEAST_PIVOT:
+            ratio = max(tableau[WEIGHTS, k], 0.0) / column[k]
+            if ratio < least * (1.0 - TIE) or (
+                ratio <= least * (1.0 + TIE) and (leave < 0 or column[k] > column[leave])
+            ):
+                leave, least = k, ratio
+    return leave
 
 
 @compiled
-def turn_basis(desk, target, small):
-    """Make a basis hold another target: what it lies away from gives way to short opposites."""
-    sheet = desk.sheet
-    for r in range(6):
-        weight = 0.0
-        for c in range(6):
-            weight += sheet[INVERSE + r, c] * target[c]
-        if weight < 0.0:
-            for c in range(6):
-                sheet[c, r] *= -small
-                sheet[INVERSE + r, c] /= -small
-            desk.kinds[r] = ARTIFICIAL
+def primal(work, body, target, task, stop, cap):
+    """Pivot until no point of the set improves ``target``; return (solved, upper bound on q).
 
-
-@compiled
-def primal(desk, target, task, body, pads, stop, cap):
-    """Pivot until no vertex improves ``target``; return (solved, upper bound on q, steps)."""
-    inverse, scratch = desk.sheet[INVERSE : INVERSE + 6], desk.sheet[SCRATCH:]
-    u, vertex, weight, column = scratch[0], scratch[1], scratch[2], scratch[3]
-    upper = np.inf
-    for step in range(cap):
-        if step % 40 == 39 and not refactor(desk):
-            return False, upper, step
-        row_sum(inverse, u)
-        h, kind = price(u, body, pads, np.inf, desk, vertex)
-        reach = dot(u, task)
-        if reach > 0.0 and h / reach < upper:
-            upper = h / reach
-        if h <= 1.0 + stop:
-            return True, upper, step
-        times(inverse, target, weight)
-        times(inverse, vertex, column)
-        leave, ratio = -1, np.inf
-        for r in range(6):
-            if column[r] > 1e-11:
-                value = max(weight[r], 0.0) / column[r]
-                if (
-                    leave < 0
-                    or value < ratio * (1.0 - 1e-13)
-                    or (value <= ratio * (1.0 + 1e-13) and column[r] > column[leave])
-                ):
-                    leave, ratio = r, value
-        replace(desk, leave, vertex, u, kind, CHOICE, column)
-    return False, upper, cap
-
-
-@compiled
-def _keep(desk):
-    """Keep the chosen atoms while others are asked for."""
-    places = desk.places
-    for i in range(places.shape[1]):
-        places[KEPT, i] = places[CHOICE, i]
-
-
-@compiled
-def dual(desk, task, body, pads, stop, cap):
-    """Keep u feasible and make the weights of ``task`` non-negative.
-
-    Returns 0 when done, 1 when no weights exist (the task is outside the cone), 2 at the cap.
+    The bound h(u) / u·task holds for ``task`` with every u on the way.
     """
-    inverse, scratch = desk.sheet[INVERSE : INVERSE + 6], desk.sheet[SCRATCH:]
-    u, vertex, weight, column = scratch[0], scratch[1], scratch[2], scratch[3]
-    trial, row, direction = scratch[4], scratch[5], scratch[6]
-    for step in range(cap):
-        if step % 20 == 19 and not refactor(desk):
-            return 2
-        times(inverse, task, weight)
+    state = work.state
+    tableau, u, vertex, column = state.tableau, state.u, state.vertex, state.column
+    columns = body.first_point[body.first_point.shape[0] - 1]
+    many = columns > MANY and body.centres.shape[1] == 0
+    aim(tableau, target)
+    upper = np.inf
+    for step in range(1, cap):
+        if step % FRESH_PRIMAL == 0 and not refactor(state, target):
+            return False, upper
+        for c in range(6):
+            u[c] = tableau[c, OBJECTIVE]
+        h = candidate_support(u, body, work, vertex) if many else -np.inf
+        if h <= 1.0 + LEAST_GAIN:
+            h = support(u, body, work, vertex)
+            if many:
+                remember(work)
+            along = dot(u, task)
+            if along > 0.0 and h < upper * along:
+                upper = h / along
+            if h <= 1.0 + stop:
+                return True, upper
+        enter_column(tableau, vertex, column)
+        leave = ratio_test(tableau, column)
+        if leave < 0:
+            return False, upper
+        pivot(work, leave, vertex, u, CHOSEN)
+    return False, upper
+
+
+@compiled
+def _keep(parts):
+    for i in range(parts.shape[1]):
+        parts[KEPT, i] = parts[CHOSEN, i]
+
+
+@compiled
+def dual(work, body, task, stop, cap):
+    """Make the weights of ``task`` non-negative while the plane stays above the set.
+
+    Returns ``DONE``, ``UNREACHABLE`` when no weights exist, or ``CAPPED``.
+    """
+    state = work.state
+    tableau, u, vertex, column = state.tableau, state.u, state.vertex, state.column
+    row, tilted, direction, nearer = state.row, state.tilted, state.direction, state.nearer
+    for step in range(1, cap):
+        if step % FRESH_DUAL == 0 and not refactor(state, task):
+            return CAPPED
+        aim(tableau, task)
         leave, worst, total = -1, 0.0, 0.0
-        for r in range(6):
-            total += abs(weight[r])
-            if weight[r] < worst:
-                leave, worst = r, weight[r]
+        for k in range(6):
+            weight = tableau[WEIGHTS, k]
+            total += abs(weight)
+            if weight < worst:
+                leave, worst = k, weight
+        # A negative weight within round-off of the sum it comes from is none.
         noise = 1e-13 * total
-        if leave >= 0:
+        for c in range(6 if leave >= 0 else 0):
+            noise = max(noise, 1e-15 * abs(tableau[c, leave] * task[c]))
+        if worst >= -noise:
+            return DONE
+        for c in range(6):
+            u[c] = tableau[c, OBJECTIVE]
+            row[c] = tableau[c, leave]
+            tilted[c] = -row[c]
+        h = support(tilted, body, work, vertex)
+        if h <= NO_REACH:
+            return UNREACHABLE
+        _keep(work.parts)
+        for _ in range(MOST_TILTS):
+            # Tilt u about the five other vertices until it supports the vertex found last.
+            angle = max(1.0 - dot(u, vertex), 0.0) / -dot(row, vertex)
             for c in range(6):
-                noise = max(noise, 1e-15 * abs(inverse[leave, c] * task[c]))
-        if leave < 0 or worst >= -noise:
-            return 0
-        # Tilt u about the five other vertices until the next vertex of the set supports it.
-        row_sum(inverse, u)
-        for r in range(6):
-            row[r] = inverse[leave, r]
-            trial[r] = -row[r]
-        h, kind = price(trial, body, pads, 1e-12, desk, vertex)
-        if h <= 1e-12:
-            return 1
-        direction[:] = trial
-        _keep(desk)
-        for _ in range(60):
-            fall = -dot(row, vertex)
-            angle = max(1.0 - dot(u, vertex), 0.0) / fall
-            direction[:] = trial
-            for r in range(6):
-                trial[r] = u[r] - angle * row[r]
-            new = column
-            h, kind_new = price(trial, body, pads, 1.0 + GAIN, desk, new)
-            if h <= 1.0 + stop or -dot(row, new) <= 1e-12:
+                direction[c] = tilted[c]
+                tilted[c] = u[c] - angle * row[c]
+            h = support(tilted, body, work, nearer)
+            if h <= 1.0 + stop or -dot(row, nearer) <= NO_REACH:
                 break
-            kind = kind_new
-            vertex[:] = new
-            _keep(desk)
-        times(inverse, vertex, column)
-        if column[leave] > -1e-11:
-            return 2
-        replace(desk, leave, vertex, direction, kind, KEPT, column)
-    return 2
+            for c in range(6):
+                vertex[c] = nearer[c]
+            _keep(work.parts)
+        enter_column(tableau, vertex, column)
+        if column[leave] > -LEAST_PIVOT:
+            return CAPPED
+        pivot(work, leave, vertex, direction, KEPT)
+    return CAPPED

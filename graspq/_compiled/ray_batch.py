@@ -1,119 +1,108 @@
-"""Compiled loops over many grasps; they run without the interpreter's lock."""
+"""Compiled entry: q* of many grasps, or of one; it runs without the interpreter's lock."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from graspq._compiled.body import Bodies
+from graspq._compiled.body_reading import extent, largest, take
 from graspq._compiled.jit import compiled, entry
-from graspq._compiled.ray_shooting import reach_at
-from graspq._compiled.span_and_whitening import spread
-from graspq._compiled.workspace import new_desk
+from graspq._compiled.ray_shooting import CAPPED, SOLVED, ZERO, collect, shoot
+from graspq._compiled.workspace import ARTIFICIAL, CANDIDATES, OBJECTIVE, PART_ROWS, Workspace
 
-SINGULAR, REFUSED = 9, 10
-
-
-@compiled
-def _body(points, widths, united, zero):
-    """The columns of one grasp as a body, and the contact of each."""
-    contacts = 1 if united else widths.shape[0]
-    starts = np.zeros(contacts + 1, np.int64)
-    owners = np.zeros(points.shape[1], np.int64)
-    at = 0
-    for i in range(widths.shape[0]):
-        for _ in range(widths[i]):
-            owners[at] = i
-            at += 1
-        if not united:
-            starts[i + 1] = at
-    starts[contacts] = at
-    body = (
-        points,
-        starts,
-        np.zeros((6, 0)),
-        np.zeros((0, 6, 3)),
-        np.zeros(contacts + 1, np.int64),
-        zero,
-        np.zeros(6),
-    )
-    return body, owners
+# A basis whose inverse is larger, in units of the extent, may be that of a flat set.
+STEEP = 1e5
+# Columns of ``results``: of one body, and of one ray, whose plane follows.
+STATUS, VALUE, LOWER, UPPER, TASK, SOUND, RESULTS = range(7)
+PLANE, RAY_RESULTS = 2, 8
 
 
 @compiled
-def _copy(columns, first, points):
-    for r in range(6):
-        for k in range(points.shape[1]):
-            points[r, k] = columns[r, first + k]
-
-
-@compiled
-def grasp_body(columns, widths, first, begin, end, united, zero):
-    """One grasp as a body: contacts begin to end, whose columns start at ``first``."""
-    total = 0
-    for i in range(begin, end):
-        total += widths[i]
-    points = np.empty((6, total))
-    _copy(columns, first, points)
-    return _body(points, widths[begin:end], united, zero)
+def _sound(state):
+    """Whether six well-conditioned vertices carry the task, as in no flat set."""
+    for k in range(6):
+        if state.kinds[k] == ARTIFICIAL:
+            return False
+        for c in range(6):
+            if not abs(state.tableau[c, k]) * state.size[c] < STEEP:
+                return False
+    return True
 
 
 @entry
-def reach_many(
-    columns, widths, first, contacts, united, zero, tasks, begins, ends, low, high, stop, out
+def shoot_bodies(
+    points,
+    first_point,
+    centres,
+    axes,
+    first_ellipsoid,
+    first_set,
+    holds_origin,
+    shifts,
+    tasks,
+    first_task,
+    last_task,
+    stop,
+    owners,
+    ellipsoid_owners,
+    results,
+    forces,
+    rays,
+    states,
 ):
-    """q* of the grasps low to high; rows of ``out`` are status, value, lower, upper, task.
+    """Find the smallest reach of each body's task set.
 
-    ``zero`` is always true: a literal would be another type, and double what is compiled.
+    Args:
+        points, ..., holds_origin: ``Bodies``.
+        shifts: what is taken off each body, shape (N, 6).
+        tasks: task wrenches of all bodies, shape (6, M).
+        first_task, last_task: where each body's tasks begin and end, shape (N,).
+        stop: relative gain below which no point improves a task.
+        owners, ellipsoid_owners: contact of every point and ellipsoid, where ``forces`` has rows.
+        results: receives status, value, lower and upper bound, critical task, and whether six
+            well-conditioned vertices carry every task, as in no flat set; shape (N, 6).
+        forces: receives the contacts' wrenches of the last body, shape (contacts or 0, 6).
+        rays: where it has rows, receives status, reach and plane u of every task, shape (M, 8),
+            and no task ends the search.
+        states: one record of ``STATE``, scratch.
     """
-    # Made here: a global would be read-only, once more another type.
-    pads, nobody, forces = np.zeros((0, 6)), np.zeros(0, np.int64), np.zeros((0, 6))
-    begin, end = 0, 0
-    body, owners = grasp_body(columns, widths, 0, 0, 0, united, zero)
-    desk = new_desk(0, 0)
-    for g in range(low, high):
-        # A grasp with as many columns in every contact takes the place of the one before.
-        same = contacts[g + 1] - contacts[g] == end - begin
-        for i in range(end - begin if same else 0):
-            same = same and widths[contacts[g] + i] == widths[begin + i]
-        begin, end = contacts[g], contacts[g + 1]
-        if same:
-            _copy(columns, first[begin], body[0])
-        else:
-            body, owners = grasp_body(columns, widths, first[begin], begin, end, united, zero)
-            desk = new_desk(body[0].shape[1], body[1].shape[0] - 1)
-        wanted = tasks[:, begins[g] : ends[g]].copy()
-        status, value, lower, upper, critical, sound = reach_at(
-            desk, wanted, body, pads, stop, owners, nobody, forces
-        )
-        if not sound and spread(body, np.empty(6), np.empty(6), np.empty((6, 6))) == 0.0:
-            status = SINGULAR
-        out[g, 0], out[g, 1], out[g, 2], out[g, 3] = status, value, lower, upper
-        out[g, 4] = critical
-
-
-@entry
-def reach_one(columns, widths, united, zero, tasks, stop, forces):
-    """q* of one grasp: (status, value, lower, upper, task). REFUSED leaves it to the checks."""
-    if columns.shape[0] != 6 or tasks.shape[0] != 6 or tasks.shape[1] == 0:
-        return REFUSED, 0.0, 0.0, 0.0, 0
-    total = 0.0
-    for r in range(6):
-        for k in range(columns.shape[1]):
-            total += abs(columns[r, k])
-    for j in range(tasks.shape[1]):
-        length = 0.0
-        for r in range(6):
-            length += abs(tasks[r, j])
-        if not length > 0.0:
-            return REFUSED, 0.0, 0.0, 0.0, 0
-        total += length
-    if not total < np.inf:
-        return REFUSED, 0.0, 0.0, 0.0, 0
-    pads, nobody = np.zeros((0, 6)), np.zeros(0, np.int64)
-    body, owners = _body(columns, widths, united, zero)
-    desk = new_desk(body[0].shape[1], body[1].shape[0] - 1)
-    status, value, lower, upper, critical, sound = reach_at(
-        desk, tasks, body, pads, stop, owners, nobody, forces
-    )
-    if not sound and spread(body, np.empty(6), np.empty(6), np.empty((6, 6))) == 0.0:
-        return SINGULAR, 0.0, 0.0, 0.0, 0
-    return status, value, lower, upper, critical
+    bodies = Bodies(points, first_point, centres, axes, first_ellipsoid, first_set, holds_origin)
+    columns, sets = largest(first_point, first_set)
+    state = states[0]
+    parts = np.zeros((PART_ROWS, sets), np.int64)
+    candidates = np.zeros((sets, 1 + CANDIDATES), np.int64)
+    work = Workspace(state, parts, candidates, np.zeros(columns))
+    own, own_first = np.zeros((6, columns)), np.zeros(sets + 1, np.int64)
+    for g in range(first_set.shape[0] - 1):
+        body = take(bodies, g, shifts[g], own, own_first)
+        extent(body, state.size)
+        for i in range(sets):
+            candidates[i, 0] = 0
+        for k in range(6):
+            state.kinds[k] = ARTIFICIAL
+        value, lower, upper, critical = np.inf, np.inf, np.inf, 0
+        status, sound = SOLVED, True
+        for j in range(first_task[g], last_task[g]):
+            for r in range(6):
+                state.task[r] = tasks[r, j]
+            outcome, q, high = shoot(work, body, stop)
+            sound = sound and _sound(state)
+            if rays.shape[0] > 0:
+                rays[j, STATUS], rays[j, VALUE] = outcome, q
+                for c in range(6):
+                    rays[j, PLANE + c] = state.tableau[c, OBJECTIVE]
+                continue
+            if outcome == CAPPED:
+                status = CAPPED
+                break
+            lower, upper = min(lower, q), min(upper, high)
+            if q < value:
+                value, critical = q, j - first_task[g]
+                if outcome == ZERO:
+                    status, lower, upper = ZERO, 0.0, high
+                    break
+                if forces.shape[0] > 0:
+                    collect(work, body, owners, ellipsoid_owners, forces)
+        results[g, STATUS], results[g, VALUE], results[g, LOWER] = status, value, lower
+        results[g, UPPER], results[g, TASK] = upper, critical
+        results[g, SOUND] = 1.0 if sound else 0.0

@@ -1,279 +1,247 @@
 """Compiled ray shooting: how far a task wrench reaches inside a wrench space.
 
-The reach q along t has 1/q = min Σ λ subject to Σ λ_j v_j = t over the vertices v_j of a set
-that holds the origin. Six vertices whose cone contains t are a basis B; u = B⁻ᵀ 1 asks the
-support oracle for the vertex v most in need, which the ratio test pivots in. Any such u proves
-1 / (u·t) <= q <= h(u) / (u·t). The basis starts from six artificial vertices that are too small
-to matter.
+The reach q along t has 1/q = min Σ λ_k subject to Σ λ_k v_k = t over the points v_k of a set that
+holds the origin. Six points whose cone contains t are a basis B;
+u = B⁻ᵀ 1 asks the support function for the vertex v most in need, which the ratio test pivots in.
+Any such u proves 1 / (u·t) <= q <= h(u) / (u·t). The basis starts from six artificial vertices that
+are too small to matter; t is perturbed, so that pivots cannot cycle (A. Charnes, "Optimality and
+degeneracy in linear programming", Econometrica 20, 1952), and dual pivots mend what that changed.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from graspq._compiled.jit import compiled, entry
-from graspq._compiled.pivots import SMALL, TALL, dual, price, primal, start_basis, turn_basis
-from graspq._compiled.polytope_pivots import ask, climb
-from graspq._compiled.small_matrices import dot, row_sum, times
-from graspq._compiled.support_function import FAST, add_atom
-from graspq._compiled.workspace import (
-    ARTIFICIAL,
-    DIRECTIONS,
-    INVERSE,
-    PICKS,
-    REAL,
-    SCRATCH,
-    SIZE,
-    TASK,
-    WEIGHTS,
-    clear,
-    new_desk,
-    refactor,
-    refresh,
-)
+from graspq._compiled.jit import compiled
+from graspq._compiled.pivots import DONE, dual, primal
+from graspq._compiled.small_matrices import dot
+from graspq._compiled.support_function import add_support_point, support
+from graspq._compiled.workspace import ARTIFICIAL, OBJECTIVE, VERTEX, WEIGHTS, WIDTH, aim, refactor
 
 SOLVED, ZERO, CAPPED = 0, 1, 2
-TINY = 1e-9
-STEEP = 1e5
+# A reach of less, in units of the set's extent, counts as none.
+LEAST_REACH = 1e-9
+# Length of the artificial vertices in units of the set's extent: longer ones need fewer pivots,
+# shorter ones leave a smooth surface sooner. Shrunk to the least where they stay in the basis.
+LONG, SHORT, SHRUNK = 1e-2, 1e-3, 1e-11
+# Size of the first perturbation in units of the target, and its growth after a failed attempt.
+PERTURBATION, GROWTH = 1e-10, 30.0
+ATTEMPTS = 5
+# Most pivots: polytopes of three contacts take about 20, ellipsoids more as they have no corners.
+CAP_POLYTOPE, CAP_SMOOTH = 400, 4000
+# Weight on artificial vertices, as a length in units of the task's, that is round-off.
+NO_WEIGHT = 1e-12
 
 
 @compiled
-def _settle(desk, task, size, body, pads, stop):
-    """Refresh, recompute and return (good, value, upper, share left on artificials)."""
-    kinds, sheet = desk.kinds, desk.sheet
-    basis, inverse, weights = sheet[0:6], sheet[INVERSE : INVERSE + 6], sheet[WEIGHTS]
-    u, vertex, correction = sheet[SCRATCH], sheet[SCRATCH + 1], sheet[SCRATCH + 2]
-    if not refresh(desk):
+def _start(state, length):
+    """Set up the artificial basis of ``length`` times the extent around the task."""
+    for k in range(6):
+        for c in range(WIDTH):
+            state.tableau[k, c] = 0.0
+        for c in range(6):
+            state.basis[k, c] = 0.0
+        side = length * state.size[k]
+        if state.task[k] < 0.0:
+            side = -side
+        state.basis[k, k] = side
+        state.tableau[k, k] = 1.0 / side
+        state.tableau[k, OBJECTIVE] = 1.0 / side
+        state.kinds[k] = ARTIFICIAL
+
+
+@compiled
+def _turn(state, length):
+    """Make the basis hold the target: what it lies away from gives way to short opposites."""
+    tableau = state.tableau
+    aim(tableau, state.target)
+    for k in range(6):
+        if tableau[WEIGHTS, k] < 0.0:
+            for c in range(6):
+                state.basis[k, c] *= -length
+                tableau[c, OBJECTIVE] -= tableau[c, k] * (1.0 + 1.0 / length)
+                tableau[c, k] /= -length
+            state.kinds[k] = ARTIFICIAL
+
+
+@compiled
+def _shrink(state, factor):
+    """Shrink the artificial vertices; False when the basis becomes singular."""
+    for k in range(6):
+        if state.kinds[k] == ARTIFICIAL:
+            for c in range(6):
+                state.basis[k, c] *= factor
+    return refactor(state, state.target)
+
+
+@compiled
+def _perturb(state, amount, attempt):
+    """Move the task by a little in every row, differently in every attempt."""
+    for c in range(6):
+        push = amount * state.size[c] * (1.0 + 0.37 * ((5 * c + 3 * max(attempt - 1, 0)) % 7))
+        state.target[c] = state.task[c] + (push if state.task[c] >= 0.0 else -push)
+
+
+@compiled
+def _settle(work, body, stop):
+    """Form the tableau anew and return (good, value, upper, weight left on artificials)."""
+    state = work.state
+    tableau, basis, kinds = state.tableau, state.basis, state.kinds
+    u, vertex, rest = state.u, state.vertex, state.rest
+    task, size = state.task, state.size
+    if not refactor(state, task):
         return False, 0.0, np.inf, 1.0
-    times(inverse, task, weights)
-    row_sum(inverse, u)
     # One step of refinement: vertices of a smooth set lie close together.
     for c in range(6):
-        rest = task[c]
-        for r in range(6):
-            rest -= basis[c, r] * weights[r]
-        vertex[c] = rest
-    times(inverse, vertex, correction)
-    for r in range(6):
-        weights[r] += correction[r]
+        rest[c] = task[c]
+        for k in range(6):
+            rest[c] -= basis[k, c] * tableau[WEIGHTS, k]
+        u[c] = tableau[c, OBJECTIVE]
+    for k in range(6):
+        for c in range(6):
+            tableau[WEIGHTS, k] += tableau[c, k] * rest[c]
+    far = 0.0
+    for c in range(6):
+        far = max(far, abs(task[c]) / size[c])
     total, real, left = 0.0, 0.0, 0.0
-    for r in range(6):
-        total += abs(weights[r])
-        if kinds[r] == ARTIFICIAL:
-            # As a length beside the task's, both in units of the set's extent.
-            length, far = 0.0, 0.0
-            for c in range(6):
-                length = max(length, abs(basis[c, r]) / size[c])
-                far = max(far, abs(task[c]) / size[c])
-            left = max(left, abs(weights[r]) * length / far)
+    for k in range(6):
+        weight = tableau[WEIGHTS, k]
+        total += abs(weight)
+        if kinds[k] == VERTEX:
+            real += max(weight, 0.0)
         else:
-            real += max(weights[r], 0.0)
-    if body[3].shape[0] == 0 and pads.shape[0] == 0:
-        h = ask(u, body, np.inf, desk, vertex)
-    else:
-        h, _ = price(u, body, pads, np.inf, desk, vertex)
-    reach = dot(u, task)
-    upper = h / reach if reach > 0.0 else np.inf
+            length = 0.0
+            for c in range(6):
+                length = max(length, abs(basis[k, c]) / size[c])
+            left = max(left, abs(weight) * length / far)
+    h = support(u, body, work, vertex)
+    along = dot(u, task)
+    upper = h / along if along > 0.0 else np.inf
     # Dropping a negative weight must cost no more than round-off of the task itself.
     for c in range(6):
-        rest, big = task[c], abs(task[c])
-        for r in range(6):
-            part = basis[c, r] * weights[r]
+        missing, big = task[c], abs(task[c])
+        for k in range(6):
+            part = basis[k, c] * tableau[WEIGHTS, k]
             big = max(big, abs(part))
-            if weights[r] > 0.0:
-                rest -= part
-        if abs(rest) > 1e-11 * big and abs(rest) > 1e-12 * total * size[c]:
+            if tableau[WEIGHTS, k] > 0.0:
+                missing -= part
+        if abs(missing) > 1e-11 * big and abs(missing) > 1e-12 * total * size[c]:
             return False, 0.0, upper, left
     value = 1.0 / real if real > 0.0 else 0.0
-    near = 4.0 * stop + 2e-10
-    good = h <= 1.0 + near and (left > 1e-12 or value <= upper * (1.0 + near))
+    near = 1.0 + 4.0 * stop + 2e-10
+    good = h <= near and (left > NO_WEIGHT or value <= upper * near)
     return good, min(value, upper), upper, left
 
 
 @compiled
-def _separate(desk, task, size, body, pads):
-    """Upper bound from the plane of the real basis vertices; inf when it cuts the set.
+def _separate(work, body):
+    """Upper bound on q from the plane of the basis vertices of the body; inf when it cuts it.
 
-    The plane holds the origin and every vertex of the basis but the artificial ones. When the
-    whole set lies below it and the task above, no multiple of the task can be reached.
+    The plane holds the origin and every basis vertex but the artificial ones. When the whole set
+    lies below it and the task above, no multiple of the task can be reached.
     """
-    inverse, kinds = desk.sheet[INVERSE : INVERSE + 6], desk.kinds
-    u, vertex = desk.sheet[SCRATCH], desk.sheet[SCRATCH + 1]
-    u[:] = 0.0
-    for r in range(6):
-        if kinds[r] == ARTIFICIAL:
-            for c in range(6):
-                u[c] += inverse[r, c]
-    h, _ = price(u, body, pads, np.inf, desk, vertex)
-    reach = dot(u, task)
+    state = work.state
+    u, vertex, task, size = state.u, state.vertex, state.task, state.size
+    for c in range(6):
+        u[c] = 0.0
+        for k in range(6):
+            if state.kinds[k] == ARTIFICIAL:
+                u[c] += state.tableau[c, k]
+    h = support(u, body, work, vertex)
+    along = dot(u, task)
     length, far = 0.0, 0.0
-    for r in range(6):
-        length += abs(u[r]) * size[r]
-        far += abs(u[r] * task[r])
-    if h > 1e-11 * length or reach <= 1e-9 * far:
+    for c in range(6):
+        length += abs(u[c]) * size[c]
+        far += abs(u[c] * task[c])
+    # Round-off of a sum of six.
+    if h > 1e-11 * length or along <= 1e-9 * far:
         return np.inf
-    return max(h, 0.0) / reach
+    return max(h, 0.0) / along
 
 
 @compiled
-def shoot(desk, task, size, body, pads, stop):
-    """Return (status, value, lower, upper) of the reach along ``task``.
+def shoot(work, body, stop):
+    """Return (status, value, upper) of the reach along the task in ``state``.
 
-    The basis stays on the desk, cleared for this set before: the next task starts warm from it.
+    The basis stays in the workspace: the next task starts from it, unless ``kinds`` says that it
+    is artificial.
     """
-    kinds, sheet, target = desk.kinds, desk.sheet, desk.sheet[SCRATCH + 7]
-    # The task's own length in units of the set decides what counts as zero reach.
+    state = work.state
+    kinds, task, target, size = state.kinds, state.task, state.target, state.size
     far = 0.0
-    for r in range(6):
-        far = max(far, abs(task[r]) / size[r])
-    zero = TINY / far
-    cap = 400 if body[3].shape[0] == 0 else 4000
-    plain = body[3].shape[0] == 0 and pads.shape[0] == 0
+    for c in range(6):
+        far = max(far, abs(task[c]) / size[c])
+    no_reach = LEAST_REACH / far
+    near = 1.0 + max(1e-9, 10.0 * stop)
+    smooth = body.centres.shape[1] > 0
+    cap = CAP_SMOOTH if smooth else CAP_POLYTOPE
     warm = True
-    for r in range(6):
-        warm = warm and kinds[r] != ARTIFICIAL
-    if warm and not plain and dual(desk, task, body, pads, stop, cap // 7) == 0:
-        good, value, upper, left = _settle(desk, task, size, body, pads, stop)
-        if good and left == 0.0 and upper <= value * (1.0 + max(1e-9, 10.0 * stop)):
-            return SOLVED, value, value, max(upper, value)
-    jitter = 1e-10
+    for k in range(6):
+        warm = warm and kinds[k] == VERTEX
     best = np.inf
-    # Plain polytopes start warm or in the quick way; the other attempts are the careful ones.
-    for attempt in range((-1 if warm else 0) if plain else 1, 5):
-        small = TALL if attempt <= 0 else SMALL
+    perturbation = PERTURBATION
+    # Attempt -1 starts from the last task's basis; 0 is the quick way of polytopes.
+    for attempt in range(-1 if warm else (1 if smooth else 0), ATTEMPTS):
+        length = LONG if attempt <= 0 else SHORT
+        _perturb(state, perturbation * far, attempt)
+        # The last plane lies above a smooth set: dual pivots alone take it to the next task.
+        above = attempt < 0 and smooth
         if attempt >= 0:
-            start_basis(desk, task, size, small)
-        for r in range(6):
-            push = jitter * far * size[r] * (1.0 + 0.37 * ((r * 5 + 3 * max(attempt - 1, 0)) % 7))
-            target[r] = task[r] + (push if task[r] >= 0.0 else -push)
-        if attempt < 0:
-            turn_basis(desk, target, small)
+            _start(state, length)
+        elif not above:
+            _turn(state, length)
         shrunk = False
         while True:
-            if plain:
-                done, upper = climb(desk, target, task, body, stop, cap)
-            else:
-                done, upper, _ = primal(desk, target, task, body, pads, stop, cap)
-            best = min(best, upper)
+            done = True
+            if not above:
+                done, upper = primal(work, body, target, task, stop, cap)
+                best = min(best, upper)
+            if done and best > no_reach:
+                outcome = dual(work, body, task, stop, cap // 7 if above else cap // 2)
+                done = outcome == DONE or not above
             if not done:
                 break
-            if best > zero:
-                dual(desk, task, body, pads, stop, cap // 2)
-            good, value, upper, left = _settle(desk, task, size, body, pads, stop)
+            good, value, upper, left = _settle(work, body, stop)
             best = min(best, upper)
-            if left > 1e-12:
-                best = min(best, _separate(desk, task, size, body, pads))
-            if best <= zero:
-                return ZERO, 0.0, 0.0, best
+            if left > NO_WEIGHT:
+                best = min(best, _separate(work, body))
+            if best <= no_reach:
+                return ZERO, 0.0, best
             if not good:
                 break
-            if left <= max(1e-12, 10.0 * stop):
-                if best > value * (1.0 + max(1e-9, 10.0 * stop)) and attempt < 4:
+            if left <= max(NO_WEIGHT, 10.0 * stop):
+                if best > value * near and attempt < ATTEMPTS - 1:
                     break
-                return SOLVED, value, value, max(best, value)
+                return SOLVED, value, max(best, value)
             if attempt < 0:
                 break
             if shrunk:
-                return ZERO, 0.0, 0.0, best
-            for r in range(6):
-                if kinds[r] == ARTIFICIAL:
-                    for c in range(6):
-                        sheet[c, r] *= TINY / small * 1e-2
+                return ZERO, 0.0, best
             shrunk = True
-            if not refactor(desk):
+            if not _shrink(state, SHRUNK / length):
                 break
         if attempt > 0:
-            jitter *= 30.0
-    return CAPPED, 0.0, 0.0, best
+            perturbation *= GROWTH
+    return CAPPED, 0.0, best
 
 
 @compiled
-def collect(desk, body, owners, ball_owners, forces):
+def collect(work, body, owners, ellipsoid_owners, forces):
     """Write the contacts' wrenches (n, 6) at the optimum, from the basis and its weights."""
-    points, centres, axes = body[0], body[2], body[3]
-    kinds, places, weights = desk.kinds, desk.places, desk.sheet[WEIGHTS]
-    forces[:, :] = 0.0
+    state = work.state
+    weights = state.tableau[WEIGHTS]
+    for i in range(forces.shape[0]):
+        for r in range(6):
+            forces[i, r] = 0.0
     total = 0.0
-    for j in range(6):
-        total += max(weights[j], 0.0) if kinds[j] == REAL else 0.0
-    for j in range(6):
-        if kinds[j] != REAL or weights[j] <= 0.0:
+    for k in range(6):
+        total += max(weights[k], 0.0) if state.kinds[k] == VERTEX else 0.0
+    for k in range(6):
+        if state.kinds[k] != VERTEX or weights[k] <= 0.0:
             continue
-        for i in range(places.shape[1]):
-            pick = places[PICKS + j, i]
-            if pick == -1:
-                continue
-            contact = owners[pick] if pick >= 0 else ball_owners[-2 - pick]
-            add_atom(
-                desk.sheet[DIRECTIONS + j],
-                points,
-                centres,
-                axes,
-                pick,
-                weights[j] / total,
-                forces[contact],
-            )
-
-
-@compiled(fastmath=FAST)
-def _row_extent(points, r):
-    big = 0.0
-    for k in range(points.shape[1]):
-        size = abs(points[r, k])
-        big = size if size > big else big
-    return big
-
-
-@entry
-def extent(body, size):
-    """Largest absolute entry per row of the atoms; 1 for a row without any."""
-    points, _, centres, axes, _, _, shift = body
-    for r in range(size.shape[0]):
-        big = max(abs(shift[r]), _row_extent(points, r))
-        for k in range(centres.shape[1]):
-            big = max(big, abs(centres[r, k]))
-            for c in range(3):
-                big = max(big, abs(axes[k, r, c]))
-        size[r] = big
-    most = size.max()
-    for r in range(size.shape[0]):
-        size[r] = max(size[r], 1e-6 * most)
-
-
-@entry
-def reach(tasks, body, pads, stop, owners, ball_owners, forces):
-    """Return (status, value, lower, upper, critical, sound) of the task set's smallest reach.
-
-    ``sound`` says that six well-conditioned vertices carry every task, as in no flat set.
-    """
-    desk = new_desk(body[0].shape[1], body[1].shape[0] - 1)
-    return reach_at(desk, tasks, body, pads, stop, owners, ball_owners, forces)
-
-
-@compiled
-def reach_at(desk, tasks, body, pads, stop, owners, ball_owners, forces):
-    """``reach`` at a desk of the body's size; ``forces`` may have no rows."""
-    clear(desk, body)
-    size, task = desk.sheet[SIZE], desk.sheet[TASK]
-    extent(body, size)
-    value, lower, upper, critical = np.inf, np.inf, np.inf, -1
-    sound = True
-    for j in range(tasks.shape[1]):
-        for r in range(6):
-            task[r] = tasks[r, j]
-        status, q, low, high = shoot(desk, task, size, body, pads, stop)
-        if status == CAPPED:
-            return CAPPED, q, low, high, j, False
-        for r in range(6):
-            sound = sound and desk.kinds[r] != ARTIFICIAL
-            for c in range(6):
-                sound = sound and abs(desk.sheet[INVERSE + r, c]) * size[c] < STEEP
-        lower, upper = min(lower, low), min(upper, high)
-        if q < value:
-            value, critical = q, j
-            if status != SOLVED:
-                forces[:, :] = 0.0
-                return ZERO, 0.0, 0.0, high, j, False
-            if forces.shape[0] > 0:
-                collect(desk, body, owners, ball_owners, forces)
-    return SOLVED, value, lower, upper, critical, sound
+        for i in range(work.parts.shape[1]):
+            part = work.parts[k, i]
+            contact = owners[part] if part >= 0 else 0
+            if part <= -2:
+                contact = ellipsoid_owners[-2 - part]
+            add_support_point(state.directions[k], body, part, weights[k] / total, forces[contact])

@@ -37,8 +37,7 @@ from graspq._compiled.bounded_simplex import (
     row_of,
     simplex_for,
 )
-from graspq._compiled.jit import entry
-from graspq._compiled.part import part
+from graspq._compiled.jit import compiled, entry
 
 # Stages of a task: go on from the last task's basis by dual steps; or start anew with bounds
 # relaxed around zero, where doing nothing is feasible, and restore them by dual steps; when that
@@ -120,7 +119,7 @@ def hand_for(
     return lp, hand
 
 
-@part
+@compiled
 def _begin(lp, hand, count, stage):
     """Start a stage from all slacks basic and every value 0, with bounds that allow it."""
     low, high = hand.relaxed_lower, hand.relaxed_upper
@@ -143,7 +142,7 @@ def _begin(lp, hand, count, stage):
         low[m + 1], high[m + 1], high[m] = 0.0, 1.0, 0.0
 
 
-@part
+@compiled
 def _end_share(lp, hand, count):
     """Whether the motors can bear all that they must; take the share out of the program."""
     m = lp.basis.shape[0]
@@ -156,7 +155,7 @@ def _end_share(lp, hand, count):
     return share >= 1.0 - SAME_SCALE or lp.status[m + 1] == UPPER
 
 
-@part
+@compiled
 def _sees_task(lp):
     """Whether the last task's multipliers see the task in column m well enough to go on."""
     m = lp.basis.shape[0]
@@ -168,7 +167,7 @@ def _sees_task(lp):
     return seen >= SEEN
 
 
-@part
+@compiled
 def _add_edge(lp, hand, low, high, count, row, sense):
     """Append the edge of an exact cone that gains most per normal force; return its gain."""
     cones, y, side = hand.cones, hand.multipliers, hand.side
@@ -209,7 +208,7 @@ def _add_edge(lp, hand, low, high, count, row, sense):
     return best
 
 
-@part
+@compiled
 def _upper_bound(lp, hand, gain):
     """Upper bound on q from the multipliers: the most that motors can put in, and missing edges."""
     m, total, load = lp.basis.shape[0], 0.0, 0.0
@@ -226,7 +225,7 @@ def _upper_bound(lp, hand, gain):
     return total + gain * load
 
 
-@part
+@compiled
 def _copy_state(count, basis, status, inverse, to_basis, to_status, to_inverse):
     """Copy a basis, where ``count`` columns rest, and the inverse."""
     for j in range(count):
@@ -237,7 +236,7 @@ def _copy_state(count, basis, status, inverse, to_basis, to_status, to_inverse):
             to_inverse[r, c] = inverse[r, c]
 
 
-@part
+@compiled
 def _next_stage(stage, code, may_share):
     """What follows a stage that ended with a code; DONE when nothing does."""
     if stage == NEXT:

@@ -1,8 +1,8 @@
-"""Compiled support oracle of a sum of convex hulls of points and ellipsoids.
+"""Compiled support function of a body: its largest h(u) = u·x and a point where it is reached.
 
-A body i is the hull of its points ``points[:, starts[i]:starts[i + 1]]``, of its ellipsoids
-``{centres[:, k] + axes[k] x : |x| <= 1}`` for k in ``balls[i]:balls[i + 1]`` and, when ``zero``,
-of the origin. The set is the Minkowski sum of the bodies less ``shift``.
+The support function of a Minkowski sum is the sum of the sets' own, and that of a convex hull is
+the largest of its points'; an ellipsoid ``c + A x, |x| <= 1`` has h(u) = u·c + |Aᵀ u|. (R. T.
+Rockafellar, "Convex Analysis", 1970, section 13.) So no sum is ever formed.
 """
 
 from __future__ import annotations
@@ -10,19 +10,25 @@ from __future__ import annotations
 import numpy as np
 
 from graspq._compiled.jit import compiled
+from graspq._compiled.workspace import CHOSEN
 
+# Reordered and fused sums are allowed, which vector code needs; values that are no numbers are not.
 FAST = {"contract", "nsz", "reassoc", "nnan"}
+# What a set contributes to a support point: a point k >= 0, ellipsoid k as -2 - k, or this.
+ORIGIN = -1
 
 
 @compiled(fastmath=FAST)
-def support(u, points, starts, centres, axes, balls, zero, shift, score, choice, out):
-    """Write the support point of direction u to ``out`` and return the support value.
+def support(u, body, work, vertex):
+    """Return the support value of direction u (6,) and write a support point to ``vertex``.
 
-    ``score`` is scratch of size (number of points,); ``choice`` (number of bodies,) receives
-    the chosen point k >= 0, -1 for the origin, or -2 - k for ellipsoid k.
+    ``score`` is scratch, shape (K,); ``chosen`` (n,) receives what each set contributes.
     """
+    points, first_point, first_ellipsoid = body.points, body.first_point, body.first_ellipsoid
+    score = work.score
     u0, u1, u2, u3, u4, u5 = u[0], u[1], u[2], u[3], u[4], u[5]
-    for k in range(points.shape[1]):
+    count = first_point.shape[0] - 1
+    for k in range(first_point[count]):
         score[k] = (
             u0 * points[0, k]
             + u1 * points[1, k]
@@ -33,62 +39,102 @@ def support(u, points, starts, centres, axes, balls, zero, shift, score, choice,
         )
     total = 0.0
     for r in range(6):
-        out[r] = -shift[r]
-        total -= u[r] * shift[r]
-    for i in range(starts.shape[0] - 1):
-        best, pick = -np.inf, -1
-        if zero:
+        vertex[r] = -body.shift[r]
+        total -= u[r] * body.shift[r]
+    for i in range(count):
+        best, pick = -np.inf, ORIGIN
+        if body.holds_origin:
             best = 0.0
-        # Two plain loops, which become vector code, instead of one that keeps the place.
-        top = -np.inf
-        for k in range(starts[i], starts[i + 1]):
-            top = score[k] if score[k] > top else top
-        if top > best:
-            best = top
-            pick = starts[i]
-            while score[pick] != top:
-                pick += 1
-        for k in range(balls[i], balls[i + 1]):
-            value = _ball_value(u, centres, axes, k)
+        for k in range(first_point[i], first_point[i + 1]):
+            if score[k] > best:
+                best, pick = score[k], k
+        for k in range(first_ellipsoid[i], first_ellipsoid[i + 1]):
+            value = _ellipsoid_support(u, body, k)
             if value > best:
                 best, pick = value, -2 - k
         total += best
-        choice[i] = pick
-        add_atom(u, points, centres, axes, pick, 1.0, out)
+        work.parts[CHOSEN, i] = pick
+        if pick >= 0:
+            for r in range(6):
+                vertex[r] += points[r, pick]
+        elif pick != ORIGIN:
+            add_support_point(u, body, pick, 1.0, vertex)
+    return total
+
+
+@compiled(fastmath=FAST)
+def candidate_support(u, body, work, vertex):
+    """``support`` of the candidates alone, without ellipsoids: a lower bound of h(u)."""
+    points = body.points
+    total = 0.0
+    for r in range(6):
+        vertex[r] = -body.shift[r]
+        total -= u[r] * body.shift[r]
+    for i in range(body.first_point.shape[0] - 1):
+        best, pick = -np.inf, ORIGIN
+        if body.holds_origin:
+            best = 0.0
+        for m in range(1, work.candidates[i, 0] + 1):
+            k = work.candidates[i, m]
+            value = 0.0
+            for r in range(6):
+                value += u[r] * points[r, k]
+            if value > best:
+                best, pick = value, k
+        total += best
+        work.parts[CHOSEN, i] = pick
+        for r in range(6 if pick != ORIGIN else 0):
+            vertex[r] += points[r, pick]
     return total
 
 
 @compiled
-def _ball_value(u, centres, axes, k):
+def remember(work):
+    """Make candidates of the points that were chosen last, as far as there is room."""
+    candidates = work.candidates
+    for i in range(candidates.shape[0]):
+        pick, count = work.parts[CHOSEN, i], candidates[i, 0]
+        known = pick < 0 or count + 1 == candidates.shape[1]
+        for m in range(1, count + 1):
+            known = known or candidates[i, m] == pick
+        if not known:
+            candidates[i, count + 1] = pick
+            candidates[i, 0] = count + 1
+
+
+@compiled
+def _ellipsoid_support(u, body, k):
     value, square = 0.0, 0.0
     for r in range(6):
-        value += u[r] * centres[r, k]
+        value += u[r] * body.centres[r, k]
     for c in range(3):
         part = 0.0
         for r in range(6):
-            part += u[r] * axes[k, r, c]
+            part += u[r] * body.axes[k, r, c]
         square += part * part
     return value + np.sqrt(square)
 
 
 @compiled
-def add_atom(u, points, centres, axes, pick, weight, out):
-    """Add ``weight`` times the support point that ``pick`` names in direction u to ``out``."""
+def add_support_point(u, body, pick, weight, out):
+    """Add ``weight`` times what a set contributes in direction u, named by ``pick``, to ``out``."""
     if pick >= 0:
         for r in range(6):
-            out[r] += weight * points[r, pick]
-    elif pick <= -2:
+            out[r] += weight * body.points[r, pick]
+    elif pick != ORIGIN:
         k = -2 - pick
-        part = np.zeros(3)
         square = 0.0
         for c in range(3):
+            part = 0.0
             for r in range(6):
-                part[c] += u[r] * axes[k, r, c]
-            square += part[c] * part[c]
+                part += u[r] * body.axes[k, r, c]
+            square += part * part
         length = np.sqrt(square)
         for r in range(6):
-            value = centres[r, k]
-            if length > 0.0:
-                for c in range(3):
-                    value += axes[k, r, c] * part[c] / length
-            out[r] += weight * value
+            out[r] += weight * body.centres[r, k]
+        for c in range(3 if length > 0.0 else 0):
+            part = 0.0
+            for r in range(6):
+                part += u[r] * body.axes[k, r, c]
+            for r in range(6):
+                out[r] += weight * body.axes[k, r, c] * part / length

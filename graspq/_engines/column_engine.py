@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from graspq._engines.bodies import span_of, support_values, tip
 from graspq.errors import GraspError
 from graspq.inputs import Packed
 from graspq.scaling_result import INFEASIBLE, UNREACHABLE, TaskScaling, infeasible, nothing
@@ -29,49 +30,39 @@ class _Pool:
     """Points of every body, in units of the set's extent."""
 
     def __init__(self, packed: Packed) -> None:
-        from graspq._compiled.ray_shooting import extent
-
         self.packed = packed
-        self.size = np.empty(6)
-        extent(packed.body, self.size)
-        self.size[self.size == 0] = 1.0
-        points, starts, centres, axes, balls, zero, _ = packed.body
-        self.bodies = len(starts) - 1
+        self.size = span_of(packed.body).size
+        points, starts, centres, axes, first, _, zero = packed.body
+        self.sets = len(starts) - 1
         self.columns: list[np.ndarray] = []
-        self.body: list[int] = []
+        self.set: list[int] = []
         self.owner: list[int] = []
-        for i in range(self.bodies):
+        for i in range(self.sets):
             for k in range(starts[i], starts[i + 1]):
                 self._add(points[:, k], i, packed.owners[k])
-            for k in range(balls[i], balls[i + 1]):
+            for k in range(first[i], first[i + 1]):
                 for side in (*axes[k].T, *-axes[k].T):
-                    self._add(centres[:, k] + side, i, packed.ball_owners[k])
+                    self._add(centres[:, k] + side, i, packed.ellipsoid_owners[k])
             if zero:
                 self._add(np.zeros(6), i, 0)
 
-    def _add(self, wrench: np.ndarray, body: int, owner: int) -> None:
+    def _add(self, wrench: np.ndarray, part: int, owner: int) -> None:
         self.columns.append(wrench / self.size)
-        self.body.append(body)
+        self.set.append(part)
         self.owner.append(int(owner))
 
     def ask(self, u: np.ndarray) -> float:
-        """Add every body's support point in direction u; return the set's support value."""
-        from graspq._compiled.support_function import support
-
-        _, _, centres, axes, _, _, _ = self.packed.body
-        direction = u / self.size
-        score = np.empty(self.packed.body[0].shape[1])
-        choice, out = np.empty(self.bodies, np.int64), np.empty(6)
-        rest: Any = (*self.packed.body, score, choice, out)
-        h = float(support(direction, *rest))
-        for i, pick in enumerate(choice):
-            if pick <= -2:
-                k = -2 - pick
-                side = axes[k].T @ direction
-                length = float(np.linalg.norm(side))
-                tip = axes[k] @ side / length if length > 0 else 0.0
-                self._add(centres[:, k] + tip, i, self.packed.ball_owners[k])
-        return h
+        """Add every set's furthest ellipsoid's support point; return the support value."""
+        body, direction = self.packed.body, u / self.size
+        turned = np.einsum("krc,r->kc", body.axes, direction)
+        reach = direction @ body.centres + np.linalg.norm(turned, axis=1)
+        for i in range(self.sets):
+            first, end = body.first_ellipsoid[i], body.first_ellipsoid[i + 1]
+            if end > first:
+                k = int(first + np.argmax(reach[first:end]))
+                wrench = body.centres[:, k] + tip(body.axes[k], direction)
+                self._add(wrench, i, self.packed.ellipsoid_owners[k])
+        return float(support_values(body, direction[:, None])[0])
 
     def solve(self, task: np.ndarray, goal: int, slack: float) -> Any:
         """LP over the pool: goal 0 closes the gap to the ray, ±1 moves q up or down."""
@@ -79,8 +70,8 @@ class _Pool:
 
         count = len(self.columns)
         balance = np.column_stack([np.array(self.columns).T, -task, np.eye(6), -np.eye(6)])
-        sums = np.zeros((self.bodies, count + 13))
-        sums[self.body, np.arange(count)] = 1.0
+        sums = np.zeros((self.sets, count + 13))
+        sums[self.set, np.arange(count)] = 1.0
         cost = np.zeros(count + 13)
         cost[count] = -goal
         cost[count + 1 :] = 1.0 if goal == 0 else 0.0
@@ -90,7 +81,7 @@ class _Pool:
             A_eq=np.vstack([balance, sums]),
             bounds=bounds,
             method="highs",
-            b_eq=np.concatenate([np.zeros(6), np.ones(self.bodies)]),
+            b_eq=np.concatenate([np.zeros(6), np.ones(self.sets)]),
             options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
         )
 
@@ -154,7 +145,7 @@ def _end(pool: _Pool, task: np.ndarray, goal: int, slack: float) -> _Ray:
 def scale_by_columns(packed: Packed, tasks: np.ndarray) -> TaskScaling:
     """Return q* of a checked grasp and task set."""
     pool = _Pool(packed)
-    zero = packed.body[5]
+    zero = packed.body.holds_origin
     value, upper, critical, forces = np.inf, np.inf, 0, np.zeros((packed.contacts, 6))
     least, last = 0.0, 0
     for j, task in enumerate(tasks.T):

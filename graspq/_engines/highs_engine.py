@@ -1,4 +1,7 @@
-"""q* of one task as a linear program, by SciPy's HiGHS: the independent check."""
+"""q* of one task as a linear program, by SciPy's HiGHS: the independent check.
+
+A scale is returned with wrenches that balance the task, "infeasible" with a plane that proves it.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,9 @@ from graspq.errors import GraspError
 from graspq.scaling_result import INFEASIBLE, UNREACHABLE, TaskScaling, infeasible, nothing
 
 WIDEST = 1e-5
+# In units of the rows' sizes: what balanced wrenches may be off by, and a missed task must exceed.
+BALANCED = 1e-9
+TIGHT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 CLOSE = (
     "the grasp is too close to degenerate: drop contacts that all but repeat or cancel"
     " another, or bring forces and moments to like sizes (torque_scale)"
@@ -36,7 +42,8 @@ def scale_by_lp(
     owner = np.repeat(np.arange(len(grasp)), [w.shape[1] for w in grasp])
     # Rows and the task are brought to length one, so that HiGHS's absolute tolerances bite
     # at the same relative size in every grasp.
-    size = np.maximum(np.abs(columns).max(axis=1), 1e-6 * max(np.abs(columns).max(), 1e-300))
+    largest = float(np.abs(columns).max()) or 1.0
+    size = np.maximum(np.abs(columns).max(axis=1), 1e-6 * largest)
     unit = columns / size[:, None]
     target = task / size
     length = float(np.linalg.norm(target))
@@ -56,9 +63,14 @@ def scale_by_lp(
             "A_eq": np.vstack([balance, sums]),
             "b_eq": np.concatenate([np.zeros(6), np.ones(len(sums))]),
         }
-    result = _solve(cost, limits)
-    if result.status == 2:
+    result = _solve(cost, limits, TIGHT)
+    if result.status != 0 and not unloading and _misses(limits, size, grasp, task, bound):
         return LpScaling(-np.inf, -np.inf, np.full((len(grasp), 6), np.nan))
+    for options in ({**TIGHT, "presolve": False}, {}, {"presolve": False}):
+        if result.status != 0:
+            result = _solve(cost, limits, options)
+    if result.status != 0:
+        raise GraspError(f"task_scaling: HiGHS could not decide (status {result.status}); {CLOSE}")
     x = _polish(result.x, np.vstack([balance, sums]), unloading)
     weights = x[:-1]
     forces = np.stack([w @ weights[owner == i] for i, w in enumerate(grasp)])
@@ -66,26 +78,51 @@ def scale_by_lp(
     value = 0.0 if x[-1] < 1e-9 else float(x[-1]) / length
     dual = np.asarray(result.eqlin.marginals)[:6] / size
     dual = -dual if dual @ task < 0 else dual
-    tops = [float((dual @ w).max()) for w in grasp]
-    tops = tops if bound == "linf" else [max(tops)]
-    support = sum(max(top, 0.0) if unloading else top for top in tops)
+    support = _support(dual, grasp, bound, unloading)
     upper = support / float(dual @ task) if dual @ task > 0 else np.inf
     return LpScaling(value, max(value, upper), forces)
 
 
-def _solve(cost: np.ndarray, limits: dict[str, np.ndarray]) -> Any:
-    """HiGHS at tight tolerances; where it gives up, with less presolve and looser ones."""
+def _solve(cost: np.ndarray, limits: dict[str, np.ndarray], options: dict[str, Any]) -> Any:
     from scipy.optimize import linprog
 
-    tight = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
-    status = None
-    for options in (tight, {**tight, "presolve": False}, {}, {"presolve": False}):
-        result = linprog(cost, **limits, method="highs", options=options)
-        # Infeasible within tight tolerances must be so within loose ones.
-        if result.status == 0 or (result.status == status == 2):
-            return result
-        status = result.status
-    raise GraspError(f"task_scaling: HiGHS could not decide (status {status}); {CLOSE}")
+    return linprog(cost, **limits, method="highs", options=options)
+
+
+def _support(dual: np.ndarray, grasp: list[np.ndarray], bound: str, unloading: bool) -> float:
+    """The largest product of ``dual`` with a wrench that the contacts can exert together."""
+    tops = [float((dual @ w).max()) for w in grasp]
+    tops = tops if bound == "linf" else [max(tops)]
+    return sum(max(top, 0.0) if unloading else top for top in tops)
+
+
+def _misses(
+    limits: dict[str, np.ndarray],
+    size: np.ndarray,
+    grasp: list[np.ndarray],
+    task: np.ndarray,
+    bound: str,
+) -> bool:
+    """Whether a plane proves that no q >= 0 puts q t in the set, all limits being equations.
+
+    HiGHS calls some such problems neither feasible nor infeasible. How far the wrenches stay
+    from balance always has a least value, and its dual y is the plane: y·w < 0 for every w in
+    the set but y·t > 0. Only these signs count, whatever HiGHS's tolerance made of y.
+    """
+    rows, bounds = limits["A_eq"], limits["b_eq"]
+    off = np.vstack([np.eye(6), np.zeros((len(rows) - 6, 6))])
+    cost = np.concatenate([np.zeros(rows.shape[1]), np.ones(12)])
+    result = _solve(cost, {"A_eq": np.hstack([rows, off, -off]), "b_eq": bounds}, TIGHT)
+    if result.status != 0:
+        return False
+    y = np.asarray(result.eqlin.marginals)[:6]
+    unit = -rows[:6, -1]
+    # Often the task's ray is parallel to the plane up to round-off: tilt it to lead away.
+    y = y + max(0.0, 1e-12 - float(y @ unit)) * unit
+    # Each product is off by at most 1e-15 of the sum of its terms' absolute values.
+    along = float(y / size @ task) - 1e-15 * float(np.abs(y / size) @ np.abs(task))
+    gap = -_support(y / size, grasp, bound, unloading=False)
+    return along > 0 and gap > BALANCED * float(np.abs(y).sum())
 
 
 def _polish(x: np.ndarray, rows: np.ndarray, unloading: bool) -> np.ndarray:
@@ -105,7 +142,7 @@ def _polish(x: np.ndarray, rows: np.ndarray, unloading: bool) -> np.ndarray:
         and (np.abs(better - x).max() < 1e-6 * max(1.0, x.max()))
     ):
         return np.maximum(better, 0.0)
-    if np.abs(rows[:6] @ x).max() > 1e-9:
+    if np.abs(rows[:6] @ x).max() > BALANCED:
         raise GraspError(f"task_scaling: HiGHS balances the wrenches only roughly; {CLOSE}")
     return x
 

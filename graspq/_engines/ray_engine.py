@@ -1,4 +1,4 @@
-"""q* by ray shooting: flat spaces, sets that miss the origin, and the result's words."""
+"""q* by ray shooting: plain grasps at once, flat spaces and doubtful ones with care."""
 
 from __future__ import annotations
 
@@ -7,26 +7,127 @@ from typing import Any
 
 import numpy as np
 
-from graspq._compiled.ray_batch import reach_one
-from graspq._compiled.ray_shooting import CAPPED, SOLVED, ZERO, reach
-from graspq._compiled.scale_interval import EMPTY, between
-from graspq._compiled.span_and_whitening import spread
-from graspq.inputs import Packed
+from graspq._compiled.body import Bodies
+from graspq._compiled.ray_batch import (
+    RAY_RESULTS,
+    RESULTS,
+    SOUND,
+    STATUS,
+    TASK,
+    UPPER,
+    VALUE,
+    shoot_bodies,
+)
+from graspq._compiled.ray_shooting import CAPPED, SOLVED, ZERO
+from graspq._compiled.workspace import STATE
+from graspq._engines.bodies import (
+    Span,
+    atoms,
+    filled,
+    holds_zero,
+    scatter_of,
+    shares,
+    some,
+    span_of,
+)
+from graspq.inputs import NO_AXES, NO_CENTRES, NO_OWNERS, Packed
 from graspq.scaling_result import FLAT, INFEASIBLE, UNREACHABLE, TaskScaling, infeasible, nothing
 
 FLOAT = np.dtype(np.float64)
-NO_PADS = np.zeros((0, 6))
-RANK = 1e-10
 IN_SPAN = 1e-9
 LOOSEST = 1e-5
 # What rows in units of their extent may be off by: an extent counts as at least 1e-6 of the
 # largest.
 ROUND_OFF = 1e-10
+NO_FORCES, NO_RAYS, NO_SHIFT = np.zeros((0, 6)), np.zeros((0, RAY_RESULTS)), np.zeros((1, 6))
+FIRST_TASK = np.zeros(1, dtype=np.int64)
+
+
+def reach(
+    packed: Packed, tasks: np.ndarray, stop: float, shift: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Shoot along a task set; return the entry's results, (6,), and the contacts' wrenches."""
+    contacts = packed.contacts + packed.fillers
+    results, forces = np.zeros((1, RESULTS)), np.zeros((contacts, 6))
+    shoot_bodies(
+        *packed.body,
+        NO_SHIFT if shift is None else shift[None],
+        tasks,
+        FIRST_TASK,
+        np.array([tasks.shape[1]]),
+        stop,
+        packed.owners,
+        packed.ellipsoid_owners,
+        results,
+        forces,
+        NO_RAYS,
+        np.empty(1, STATE),
+    )
+    return results[0], forces[: packed.contacts]
+
+
+def reaches(
+    body: Bodies, rays: np.ndarray, stop: float, shift: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Shoot along every ray (6, m); return status (m,), reach (m,) and plane u (6, m).
+
+    The plane u·x <= 1 stops the ray and holds the body, up to ``stop``.
+    """
+    found = np.zeros((rays.shape[1], RAY_RESULTS))
+    shoot_bodies(
+        *body,
+        NO_SHIFT if shift is None else shift[None],
+        np.ascontiguousarray(rays),
+        FIRST_TASK,
+        np.array([rays.shape[1]]),
+        stop,
+        NO_OWNERS,
+        NO_OWNERS,
+        np.zeros((1, RESULTS)),
+        NO_FORCES,
+        found,
+        np.empty(1, STATE),
+    )
+    return found[:, 0], found[:, 1], found[:, 2:].T
+
+
+def reach_many(
+    bodies: Bodies, tasks: np.ndarray, first_task: np.ndarray, last_task: np.ndarray, tol: float
+) -> np.ndarray:
+    """Shoot along the task sets of many polytopes that hold the origin.
+
+    Returns per body 0, value, lower, upper and critical task, or 1 first where the body may be
+    flat or round-off decides, shape (N, 5).
+    """
+    count = len(bodies.first_set) - 1
+    results = np.zeros((count, RESULTS))
+    shoot_bodies(
+        *bodies,
+        np.zeros((count, 6)),
+        tasks,
+        first_task,
+        last_task,
+        0.1 * tol if tol > 1e-9 else 1e-12,
+        NO_OWNERS,
+        NO_OWNERS,
+        results,
+        NO_FORCES,
+        NO_RAYS,
+        np.empty(1, STATE),
+    )
+    doubtful = results[:, STATUS] == CAPPED
+    unsure = np.flatnonzero(~doubtful & (results[:, SOUND] == 0.0))
+    if len(unsure):
+        doubtful[unsure] = scatter_of(some(bodies, unsure))[2]
+    results[:, STATUS] = doubtful
+    return results[:, : TASK + 1]
 
 
 def scale_at_once(wrenches: Any, tasks: Any, bound: str, tol: float) -> TaskScaling | None:
     """Return q* of plain arrays in one compiled call; None leaves it to the careful way."""
     if type(tasks) is not np.ndarray or tasks.ndim != 2 or tasks.dtype != FLOAT:
+        return None
+    if tasks.shape[0] != 6 or not tasks.shape[1]:
         return None
     if not isinstance(wrenches, list | tuple) or not wrenches:
         return None
@@ -43,63 +144,84 @@ def scale_at_once(wrenches: Any, tasks: Any, bound: str, tol: float) -> TaskScal
         columns = np.ascontiguousarray(columns)
     # The compiled code sees one kind of array: writable, aligned and contiguous.
     wanted = tasks if tasks.flags.carray else np.array(tasks, order="C")
-    forces = np.zeros((len(wrenches), 6))
-    stop = 0.1 * tol if tol > 1e-9 else 1e-12
-    status, value, lower, upper, j = reach_one(
-        columns, _widths(tuple(counts)), bound == "l1", True, wanted, stop, forces
+    lengths = np.abs(wanted).sum(axis=0)
+    # The sums are finite when every entry is, short of 1e308.
+    if not lengths.all() or not np.isfinite(lengths.sum() + np.add.reduce(columns, axis=None)):
+        return None
+    first_point, first_ellipsoid, first_set, owners, last_task = _layout(
+        tuple(counts), bound, wanted.shape[1]
     )
-    if status == SOLVED:
-        return TaskScaling(value, lower, upper, j, forces)
-    if status == ZERO:
-        return nothing(len(wrenches), j, UNREACHABLE.format(j=j), upper)
+    results, forces = np.zeros((1, RESULTS)), np.zeros((len(counts), 6))
+    shoot_bodies(
+        columns,
+        first_point,
+        NO_CENTRES,
+        NO_AXES,
+        first_ellipsoid,
+        first_set,
+        True,
+        NO_SHIFT,
+        wanted,
+        FIRST_TASK,
+        last_task,
+        0.1 * tol if tol > 1e-9 else 1e-12,
+        owners,
+        NO_OWNERS,
+        results,
+        forces,
+        NO_RAYS,
+        np.empty(1, STATE),
+    )
+    status, value, lower, upper, j, sound = results[0].tolist()
+    if status == SOLVED and sound:
+        return TaskScaling(value, lower, upper, int(j), forces)
     return None
 
 
 @functools.lru_cache(maxsize=256)
-def _widths(counts: tuple[int, ...]) -> np.ndarray:
-    """The counts as an array, which nobody writes to; kept, as most grasps have the same."""
-    return np.array(counts, dtype=np.int64)
+def _layout(counts: tuple[int, ...], bound: str, tasks: int) -> tuple[np.ndarray, ...]:
+    """How columns are laid out; kept, as most grasps have the same. Nobody writes to it."""
+    sets = [sum(counts)] if bound == "l1" else counts
+    first_point = np.zeros(len(sets) + 1, dtype=np.int64)
+    np.cumsum(sets, out=first_point[1:])
+    return (
+        first_point,
+        np.zeros(len(sets) + 1, dtype=np.int64),
+        np.array([0, len(sets)]),
+        np.repeat(np.arange(len(counts)), counts),
+        np.array([tasks]),
+    )
 
 
 def scale_by_ray(packed: Packed, tasks: np.ndarray, tol: float) -> TaskScaling:
     """Return q* of a checked grasp and task set."""
     stop = 0.1 * tol if packed.smooth or tol > 1e-9 else 1e-12
-    inner, size = np.empty(6), np.empty(6)
-    if not packed.body[5] and holds_zero(packed):
-        packed = packed._replace(body=(*packed.body[:5], True, packed.body[6]))
-    body = packed.body
-    pads, given = NO_PADS, tasks
-    if spread(body, inner, size, np.empty((6, 6))) == 0.0:
-        pads = missing_directions(packed, size)
-        if pads.shape[0]:
-            settled = _into_span(packed, tasks, inner, size, pads, stop)
-            if settled is None:
-                return _otherwise(packed, given, tol)
-            if isinstance(settled, TaskScaling):
-                return settled
-            tasks = settled
-    forces = np.zeros((packed.contacts, 6))
-    if body[5]:
-        status, value, lower, upper, j, _ = reach(
-            tasks, body, pads, stop, packed.owners, packed.ball_owners, forces
-        )
+    given = packed, tasks
+    if not packed.body.holds_origin and holds_zero(packed.body):
+        packed = packed._replace(body=packed.body._replace(holds_origin=True))
+    span = span_of(packed.body)
+    if span.rank < 6:
+        settled = _into_span(packed, tasks, span, stop)
+        if settled is None:
+            return _otherwise(*given, tol)
+        if isinstance(settled, TaskScaling):
+            return settled
+        packed, tasks = filled(packed, span), settled
+    if packed.body.holds_origin:
+        results, forces = reach(packed, tasks, stop)
+        status, value, upper, j = (results[k] for k in (STATUS, VALUE, UPPER, TASK))
+        if status == SOLVED:
+            return TaskScaling(float(value), float(value), float(upper), int(j), forces)
+        if status == ZERO:
+            j = int(j)
+            return nothing(packed.contacts, j, UNREACHABLE.format(j=j), float(upper))
     else:
-        status, value, lower, upper, j = between(
-            tasks, inner, size, body, pads, stop, packed.owners, packed.ball_owners, forces
-        )
-        far = np.abs(forces.sum(axis=0) - value * tasks[:, j]) / np.where(size > 0, size, 1.0)
-        small = ROUND_OFF / np.abs(tasks[:, j] / np.where(size > 0, size, 1.0)).max()
-        if status == SOLVED and (
-            upper - lower > (1e-9 + 10 * stop) * value + small or far.max() > 10 * stop + ROUND_OFF
-        ):
-            status = CAPPED
-    if status == SOLVED:
-        return TaskScaling(value, lower, upper, int(j), forces)
-    if status == ZERO:
-        return nothing(packed.contacts, int(j), UNREACHABLE.format(j=j), upper)
-    if status == EMPTY:
-        return infeasible(packed.contacts, int(j), INFEASIBLE.format(j=j))
-    return _otherwise(packed, given, tol)
+        from graspq._engines.interval_engine import scale_in_interval
+
+        found = scale_in_interval(packed, tasks, span, stop)
+        if found is not None:
+            return found
+    return _otherwise(*given, tol)
 
 
 def _otherwise(packed: Packed, tasks: np.ndarray, tol: float) -> TaskScaling:
@@ -118,93 +240,39 @@ def _by_lp(packed: Packed, tasks: np.ndarray) -> TaskScaling:
     """q* of a packed polytope by linear programs."""
     from graspq._engines.highs_engine import scale_all_by_lp
 
-    points, starts = packed.body[:2]
-    bound = "linf" if len(starts) == packed.contacts + 1 else "l1"
-    grasp = [points[:, packed.owners == i] for i in range(packed.contacts)]
-    return scale_all_by_lp(grasp, tasks, bound, packed.body[5])
-
-
-def holds_zero(packed: Packed) -> bool:
-    """Whether every body has the zero wrench among its atoms, as one that may unload does."""
-    points, starts, centres, axes, balls, _, _ = packed.body
-    nought = np.flatnonzero(~points.any(axis=0))
-    none = np.flatnonzero(~centres.any(axis=0) & ~axes.any(axis=(1, 2)))
-    return all(
-        ((nought >= starts[i]) & (nought < starts[i + 1])).any()
-        or ((none >= balls[i]) & (none < balls[i + 1])).any()
-        for i in range(len(starts) - 1)
-    )
-
-
-def atoms(packed: Packed) -> np.ndarray:
-    """Vectors that span the directions of the set, shape (6, N)."""
-    points, starts, centres, axes, balls, zero, _ = packed.body
-    blocks = [axes.transpose(1, 0, 2).reshape(6, -1)]
-    for i in range(len(starts) - 1):
-        block = np.hstack(
-            [points[:, starts[i] : starts[i + 1]], centres[:, balls[i] : balls[i + 1]]]
-        )
-        blocks.append(block if zero else block - block.mean(axis=1, keepdims=True))
-    return np.hstack(blocks)
-
-
-def rounded(packed: Packed) -> tuple[np.ndarray, np.ndarray] | None:
-    """A map (6, 6) that makes the set about round and its inner point; None when it is flat."""
-    inner, size = np.empty(6), np.empty(6)
-    spread(packed.body, inner, size, np.empty((6, 6)))
-    if missing_directions(packed, size).shape[0]:
-        return None
-    left, values, _ = np.linalg.svd(atoms(packed) / size[:, None], full_matrices=False)
-    return np.ascontiguousarray((left / values).T / size), inner
-
-
-def missing_directions(packed: Packed, size: np.ndarray) -> np.ndarray:
-    """Orthogonal complement of the set's span, in units of ``size``, shape (k, 6)."""
-    size = np.where(size > 0, size, 1.0)
-    vectors = atoms(packed) / size[:, None]
-    left, values, _ = np.linalg.svd(vectors, full_matrices=True)
-    scale = max(float(values[0]), 1e-300) if len(values) else 1.0
-    # Differences of coordinates of size one carry round-off of that size.
-    rank = int((values > max(RANK * scale, 1e-14)).sum())
-    return left[:, rank:].T * size
+    body = packed.body
+    bound = "linf" if len(body.first_point) == packed.contacts + 1 else "l1"
+    grasp = [body.points[:, packed.owners == i] for i in range(packed.contacts)]
+    return scale_all_by_lp(grasp, tasks, bound, body.holds_origin)
 
 
 def _into_span(
-    packed: Packed,
-    tasks: np.ndarray,
-    inner: np.ndarray,
-    size: np.ndarray,
-    pads: np.ndarray,
-    stop: float,
+    packed: Packed, tasks: np.ndarray, span: Span, stop: float
 ) -> np.ndarray | TaskScaling | None:
     """Drop the tasks' round-off outside a flat space, or say that they are outside."""
-    unit = np.where(size > 0, size, 1.0)
-    normals = pads / unit
+    normals, unit, inner = span.normals, span.size, span.inner
     scaled = tasks / unit[:, None]
     outside = normals @ scaled
     length = np.linalg.norm(scaled, axis=0)
     off = np.linalg.norm(outside, axis=0) > IN_SPAN * length
-    zero, count = packed.body[5], packed.contacts
-    if not zero:
+    if not packed.body.holds_origin:
         lift = normals @ (inner / unit)
         # An inner point within round-off of the origin must not look lifted off it.
         lifted = np.linalg.norm(lift) > IN_SPAN * max(np.linalg.norm(inner / unit), 0.1)
         if not lifted:
             lift = np.zeros_like(lift)
         if lifted or off.any():
-            return _single_scale(packed, tasks, inner, pads, unit, outside, lift, stop)
+            return _single_scale(packed, tasks, span, outside, lift, stop)
     elif off.any():
         j = int(np.argmax(off))
-        return nothing(count, j, FLAT.format(j=j, rank=6 - len(pads)))
+        return nothing(packed.contacts, j, FLAT.format(j=j, rank=span.rank))
     return unit[:, None] * (scaled - normals.T @ outside)
 
 
 def _single_scale(
     packed: Packed,
     tasks: np.ndarray,
-    inner: np.ndarray,
-    pads: np.ndarray,
-    unit: np.ndarray,
+    span: Span,
     outside: np.ndarray,
     lift: np.ndarray,
     stop: float,
@@ -213,12 +281,12 @@ def _single_scale(
 
     None when round-off keeps a test from ending.
     """
-    count, body = packed.contacts, packed.body
+    count, unit, normals, inner = packed.contacts, span.size, span.normals, span.inner
     low, high, critical = 0.0, np.inf, 0
-    normals = pads / unit
-    centre = _shares(packed)
+    whole = filled(packed, span)
+    centre = shares(packed)
     best = centre
-    scale = np.abs(atoms(packed)).max(initial=0.0) + np.abs(inner).max()
+    scale = np.abs(atoms(packed.body)).max(initial=0.0) + np.abs(inner).max()
     for j, (task, out) in enumerate(zip(tasks.T, outside.T, strict=True)):
         square = float(out @ out)
         q = float(out @ lift) / square if square > 0 else np.inf
@@ -232,16 +300,8 @@ def _single_scale(
         ray = unit * (ray - normals.T @ (normals @ ray))
         forces = centre
         if np.abs(ray).max() > 1e-12 * scale:
-            forces = np.zeros((count, 6))
-            status, reached, *_ = reach(
-                np.ascontiguousarray(ray[:, None]),
-                (*body[:6], inner),
-                pads,
-                stop,
-                packed.owners,
-                packed.ball_owners,
-                forces,
-            )
+            results, forces = reach(whole, np.ascontiguousarray(ray[:, None]), stop, inner)
+            status, reached = results[STATUS], results[VALUE]
             slip = 1e-9 + 10 * stop + ROUND_OFF * scale / np.abs(ray).max()
             if status == CAPPED:
                 return None
@@ -254,15 +314,3 @@ def _single_scale(
     if high < 0 or low > high * (1 + 1e-9 + 10 * stop):
         return infeasible(count, critical, INFEASIBLE.format(j=critical))
     return TaskScaling(high, high, high, critical, best)
-
-
-def _shares(packed: Packed) -> np.ndarray:
-    """The contacts' shares of the inner point, shape (n, 6)."""
-    points, starts, centres, _, balls, _, _ = packed.body
-    forces = np.zeros((packed.contacts, 6))
-    for i in range(len(starts) - 1):
-        own, round_ = slice(starts[i], starts[i + 1]), slice(balls[i], balls[i + 1])
-        count = starts[i + 1] - starts[i] + balls[i + 1] - balls[i]
-        np.add.at(forces, packed.owners[own], points[:, own].T / count)
-        np.add.at(forces, packed.ball_owners[round_], centres[:, round_].T / count)
-    return forces

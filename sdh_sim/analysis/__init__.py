@@ -1,0 +1,1 @@
+"""Predicted against simulated success: statistics of tables of trials."""

@@ -1,10 +1,9 @@
-"""Predicted against simulated success: what a threshold on q* gets right, and how well q* ranks.
+"""Predicted against simulated success: confusion matrix at a threshold, area under the ROC curve.
 
-A grasp is predicted to succeed when q* > 1, as section IV-B of the paper does. Trials that ended
-as ``unstable_simulation`` or ``error`` have no truth to compare with: they are left out and
+A grasp is predicted to succeed when q* > 1, as in section IV-B of the paper. Trials that ended
+as ``unstable_simulation`` or ``error`` have no outcome to compare with: they are left out and
 counted. A trial without q* (no pad had a reading, or no solution was found) counts as q* = 0, a
-predicted failure: a predictor that sees nothing promises nothing, and leaving such trials out
-would flatter it.
+predicted failure; leaving such trials out would make the metric look better than it is.
 """
 
 from __future__ import annotations
@@ -15,12 +14,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import pyarrow as pa
+import scipy.stats
 
-from sdh_sim import records
-from sdh_sim.analysis.proportion import Rate
-from sdh_sim.analysis.resampling import RESAMPLES, Ladder, interval, stratified_weights
+from sdh_sim.analysis.proportion import Proportion
+from sdh_sim.analysis.resampling import RESAMPLES, RankedScores, interval, stratified_weights
 from sdh_sim.analysis.trial_tables import COMPARED, groups_of, unstable_of, without_surplus
-from sdh_sim.records.user_columns import METRIC, is_metric
+from sdh_sim.records import METRIC, is_metric, stack
 
 METRICS = COMPARED
 ALL_METRICS = (
@@ -55,10 +54,11 @@ class Comparison:
         group: object name, or ``overall``.
         metric: column of the metric.
         threshold: success is predicted above it; NaN where a user's metric states none.
-        tp, fp, tn, fn: trials predicted to succeed that did, did not; to fail that did, did not.
+        tp, fp: trials predicted to succeed that did; that did not.
+        tn, fn: trials predicted to fail that did; that succeeded.
         auc: area under the ROC curve, None where one class is empty.
         auc_interval: its 95 % bootstrap interval, or None.
-        missing: trials without the metric: of V left out, of others counted as 0.
+        missing: trials without the metric; see ``drops_missing`` for what becomes of them.
         unstable: trials left out because the simulation was unstable or broke off.
     """
 
@@ -80,36 +80,36 @@ class Comparison:
         return self.tp + self.fp + self.tn + self.fn
 
     @property
-    def success(self) -> Rate:
+    def success(self) -> Proportion:
         """Share of trials that succeeded."""
-        return Rate(self.tp + self.fn, self.n)
+        return Proportion(self.tp + self.fn, self.n)
 
     @property
-    def accuracy(self) -> Rate:
-        """Share of trials predicted rightly."""
-        return Rate(self.tp + self.tn, self.n)
+    def accuracy(self) -> Proportion:
+        """Share of trials predicted correctly."""
+        return Proportion(self.tp + self.tn, self.n)
 
     @property
-    def true_positive_rate(self) -> Rate:
+    def true_positive_rate(self) -> Proportion:
         """Share of the successes that were predicted."""
-        return Rate(self.tp, self.tp + self.fn)
+        return Proportion(self.tp, self.tp + self.fn)
 
     @property
-    def false_positive_rate(self) -> Rate:
+    def false_positive_rate(self) -> Proportion:
         """Share of the failures that were predicted to succeed."""
-        return Rate(self.fp, self.fp + self.tn)
+        return Proportion(self.fp, self.fp + self.tn)
 
     @property
-    def true_negative_rate(self) -> Rate:
+    def true_negative_rate(self) -> Proportion:
         """Share of the failures that were predicted to fail."""
-        return Rate(self.tn, self.fp + self.tn)
+        return Proportion(self.tn, self.fp + self.tn)
 
     @property
     def has_boundary(self) -> bool:
-        """Whether the threshold means something for the metric.
+        """Whether success is predicted above the threshold.
 
-        It does for q*, a number of weights, and for a user's metric that states one. ε and V have
-        units; for them no value is a boundary between holding and not.
+        It is for q*, a number of weights, and for a user's metric that states a threshold. ε and
+        V have units: no value of theirs is known to divide grasps that hold from those that do not.
         """
         if is_metric(self.metric):
             return not math.isnan(self.threshold)
@@ -124,14 +124,16 @@ def auc(scores: np.ndarray, success: np.ndarray) -> float | None:
         success: (n,) bool.
 
     Returns:
-        Mann-Whitney U over the number of pairs; None where one class is empty.
+        Mann-Whitney's U over the number of pairs; None where one class is empty.
     """
-    good, bad = scores[success], scores[~success]
-    if not len(good) or not len(bad):
+    pairs = int(success.sum()) * int((~success).sum())
+    if not pairs:
         return None
-    order = np.sort(bad)
-    below = np.searchsorted(order, good, side="left") + np.searchsorted(order, good, side="right")
-    return float(below.mean() / (2 * len(bad)))
+    # Ranks, since SciPy 1.13 takes infinities of both signs for NaN. U is the same by any
+    # method; "asymptotic" is the quickest to its p-value, which is not used.
+    ranks = scipy.stats.rankdata(scores)
+    u = scipy.stats.mannwhitneyu(ranks[success], ranks[~success], method="asymptotic").statistic
+    return float(u) / pairs
 
 
 def auc_interval(
@@ -140,15 +142,16 @@ def auc_interval(
     rng: np.random.Generator,
     resamples: int = RESAMPLES,
 ) -> tuple[float, float] | None:
-    """95 % percentile bootstrap of the area under the curve, each class resampled by itself.
+    """95 % percentile bootstrap interval of the area under the ROC curve.
 
-    None where a class has fewer than two members: resampling one grasp says nothing.
+    Successes and failures are resampled each among themselves. None where there are fewer than
+    two of either, since all resamples of one grasp are alike.
     """
     if success.sum() < 2 or (~success).sum() < 2:
         return None
-    ladder = Ladder.of(scores, success)
+    ranked = RankedScores.of(scores, success)
     blocks = stratified_weights(success, rng, resamples)
-    return interval(np.concatenate([ladder.roc_areas(weights) for weights in blocks]))
+    return interval(np.concatenate([ranked.roc_areas(weights) for weights in blocks]))
 
 
 def compare_scores(
@@ -187,7 +190,7 @@ def compare_scores(
         tn=int(np.sum(~predicted & ~success)),
         fn=int(np.sum(~predicted & success)),
         auc=auc(scores, success),
-        # A seed of its own: the same trials give the same interval, whatever else is compared.
+        # Seeded here: the same trials give the same interval, whatever else is compared.
         auc_interval=auc_interval(scores, success, np.random.default_rng(0)),
         missing=int(missing.sum()),
         unstable=unstable,
@@ -195,9 +198,10 @@ def compare_scores(
 
 
 def drops_missing(metric: str) -> bool:
-    """Whether trials without the metric are left out.
+    """Whether trials without the metric are left out, rather than counted as 0.
 
-    V is not computed of many contacts; a user's metric may have failed.
+    V is left out, as it is not computed for many contacts, and so is a user's metric, which may
+    have failed.
     """
     return metric.startswith("volume_") or is_metric(metric)
 
@@ -221,7 +225,7 @@ def compare_table(
     table = without_surplus(table)
     success = np.array(table.column("success").to_pylist(), dtype=bool)
     unstable = unstable_of(table)
-    scores = {metric: records.stack(table, metric) for metric in metrics}
+    scores = {metric: stack(table, metric) for metric in metrics}
     return [
         compare_scores(
             scores[metric][members & ~unstable],
@@ -248,12 +252,12 @@ CSV_HEADER = (
 )
 
 
-def cells(c: Comparison) -> list[object]:
+def csv_values(c: Comparison) -> list[object]:
     """The comparison in the order of ``CSV_HEADER``; what is undefined is None."""
     threshold = c.threshold if c.has_boundary else None
     found: list[object] = [c.group, c.metric, threshold, c.n, c.success.k, c.success.value]
     rates = (c.accuracy, c.true_positive_rate, c.false_positive_rate, c.true_negative_rate)
-    for rate in rates if c.has_boundary else (Rate(0, 0),) * len(rates):
+    for rate in rates if c.has_boundary else (Proportion(0, 0),) * len(rates):
         found += [rate.value, *(rate.interval or (None, None))]
     found += [c.auc, *(c.auc_interval or (None, None))]
     found += [c.tp, c.fp, c.tn, c.fn] if c.has_boundary else [None] * 4
@@ -261,5 +265,5 @@ def cells(c: Comparison) -> list[object]:
 
 
 def csv_row(c: Comparison) -> list[str]:
-    """The cells as text; what is undefined is an empty cell."""
-    return ["" if cell is None else str(cell) for cell in cells(c)]
+    """The values as text; what is undefined is empty."""
+    return ["" if value is None else str(value) for value in csv_values(c)]

@@ -1,8 +1,8 @@
-"""How near a bound comes to what the simulated grasp holds: q* against q_sim.
+"""Predicted against simulated load: q* against q_sim of the load test.
 
-Both are numbers of weights. q_sim is 0 for a grasp that does not hold the unloaded object, and
-ends at a largest load beyond which the load test does not look: such trials keep their place in
-the ranking, but say nothing of the ratio.
+Both are in weights of the object. q_sim is 0 for a grasp that does not hold the object without
+further load. Where the grasp still held at the largest load tried, q_sim is that load: such a
+trial counts in the rank correlation, but not in the ratio q*/q_sim.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.stats
 
-from sdh_sim.analysis.proportion import Rate
+from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.analysis.resampling import RESAMPLES, Interval, interval
 
 
@@ -25,13 +25,13 @@ class Agreement:
         spearman: rank correlation; None where either is constant or n < 3.
         spearman_interval: its 95 % bootstrap interval.
         ratios: trials with both above 0, finite and q_sim below the largest load.
-        median, low_quartile, high_quartile: of log(q*/q_sim) over those; None without any.
+        median, low_quartile, high_quartile: of log(q*/q_sim) over those; None if there are none.
         median_interval: 95 % bootstrap interval of the median.
-        spread: half the distance between its 16 % and 84 % quantiles, a robust deviation.
-        below: share of the trials with q* <= q_sim, those of the largest load included: the
-            bound promised no more than the grasp held.
+        spread: half the distance between the 16 % and 84 % quantiles of log(q*/q_sim); for a
+            normal distribution its standard deviation.
+        below: share of the trials with q* <= q_sim, those that held the largest load included.
         zero: trials where q* is not above 0 though the grasp held a load.
-        dropped: trials where the grasp held no load, though q* is above 0.
+        dropped: trials where the grasp held no load though q* is above 0.
         capped: trials that held the largest load.
     """
 
@@ -44,33 +44,36 @@ class Agreement:
     high_quartile: float | None
     median_interval: Interval | None
     spread: float | None
-    below: Rate
+    below: Proportion
     zero: int
     dropped: int
     capped: int
 
     @property
     def factor(self) -> float | None:
-        """Median of q*/q_sim: above 1 the bound promises more than the grasp holds."""
+        """Median of q*/q_sim: above 1 where the metric overestimates the load."""
         return None if self.median is None else float(np.exp(self.median))
 
 
 def spearman(x: np.ndarray, y: np.ndarray) -> float | None:
-    """Pearson correlation of the ranks, ties at their mean; None where undefined."""
+    """Spearman's rank correlation; None where x or y is constant, or for fewer than three."""
     if len(x) < 3 or (x == x[0]).all() or (y == y[0]).all():
         return None
+    # Ranks, since SciPy 1.13 takes infinities of both signs for NaN.
     a, b = scipy.stats.rankdata(x), scipy.stats.rankdata(y)
-    return float(np.corrcoef(a, b)[0, 1])
+    return float(scipy.stats.spearmanr(a, b).statistic)
 
 
 def _spearman_interval(
     x: np.ndarray, y: np.ndarray, rng: np.random.Generator, resamples: int
 ) -> Interval:
+    # All resamples at once: scipy.stats.spearmanr takes one pair at a time, or correlates each
+    # column with every other.
     drawn = rng.integers(len(x), size=(resamples, len(x)))
     a, b = scipy.stats.rankdata(x[drawn], axis=1), scipy.stats.rankdata(y[drawn], axis=1)
     a, b = a - a.mean(axis=1, keepdims=True), b - b.mean(axis=1, keepdims=True)
     size = np.sqrt((a**2).sum(axis=1) * (b**2).sum(axis=1))
-    varied = size > 0  # a resample of one value only has no rank correlation
+    varied = size > 0  # undefined for a resample that is constant
     return interval((a * b).sum(axis=1)[varied] / size[varied])
 
 
@@ -84,9 +87,9 @@ def agree(
     """Compare a metric with the load test.
 
     Args:
-        q: (n,) the metric; NaN counts as 0, -inf (no equilibrium) ranks below.
-        q_sim: (n,) load held, without NaN [weights].
-        capped: (n,) bool, the load test ended at its largest load.
+        q: (n,) the metric [weights]; NaN counts as 0, -inf (no equilibrium) ranks below 0.
+        q_sim: (n,) load held [weights], without NaN.
+        capped: (n,) bool, whether the grasp still held at the largest load tried.
         rng, resamples: of the bootstrap over trials.
     """
     q = np.where(np.isnan(q), 0.0, q)
@@ -110,7 +113,7 @@ def agree(
         high_quartile=None if three is None else float(three),
         median_interval=bounds,
         spread=spread,
-        below=Rate(int((q <= q_sim).sum()), len(q)),
+        below=Proportion(int((q <= q_sim).sum()), len(q)),
         zero=int(((q <= 0) & (q_sim > 0)).sum()),
         dropped=int(((q > 0) & (q_sim <= 0)).sum()),
         capped=int(capped.sum()),

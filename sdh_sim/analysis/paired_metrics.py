@@ -1,4 +1,4 @@
-"""Two metrics on the same trials: McNemar's test, who is right where they disagree, areas."""
+"""Two metrics on the same trials: which predicts correctly where they disagree, and their areas."""
 
 from __future__ import annotations
 
@@ -7,8 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.stats
 
-from sdh_sim.analysis.proportion import Rate
-from sdh_sim.analysis.resampling import RESAMPLES, Interval, Ladder, interval, stratified_weights
+from sdh_sim.analysis.proportion import Proportion
+from sdh_sim.analysis.resampling import (
+    RESAMPLES,
+    Interval,
+    RankedScores,
+    interval,
+    stratified_weights,
+)
 
 
 @dataclass(frozen=True)
@@ -17,35 +23,35 @@ class Paired:
 
     Attributes:
         n: trials.
-        disagree: share of the trials for which they predict different ends.
-        only_first_right, only_second_right: trials that one of them alone predicts rightly.
-        first_optimistic: trials that the first alone predicts to succeed, and the share that did.
+        disagree: share of the trials for which they predict different outcomes.
+        only_first_right, only_second_right: trials that one of them alone predicts correctly.
+        first_optimistic: of the trials that the first alone predicts to succeed, those that did.
         second_optimistic: the same for the second.
-        p_value: McNemar's exact test, two-sided: both err equally often.
+        p_value: of McNemar's exact two-sided test that both are wrong equally often.
         area_difference: area under the ROC curve, first less second; None where a class has
             fewer than two members.
         area_interval: its 95 % interval from paired resamples.
     """
 
     n: int
-    disagree: Rate
+    disagree: Proportion
     only_first_right: int
     only_second_right: int
-    first_optimistic: Rate
-    second_optimistic: Rate
+    first_optimistic: Proportion
+    second_optimistic: Proportion
     p_value: float
     area_difference: float | None
     area_interval: Interval | None
 
 
 def mcnemar(only_first: int, only_second: int) -> float:
-    """Exact two-sided p-value that either is as likely to be the only right one.
+    """p-value of McNemar's exact two-sided test: that two metrics are wrong equally often.
 
     Args:
-        only_first, only_second: trials on which one alone is right.
+        only_first, only_second: trials that one of them alone predicts correctly.
 
     Returns:
-        the binomial test of one count among both at a half; 1 where they never differ.
+        that of the binomial test of ``only_first`` of their sum at one half; 1 if both are 0.
     """
     total = only_first + only_second
     return float(scipy.stats.binomtest(only_first, total).pvalue) if total else 1.0
@@ -65,29 +71,29 @@ def compare_pair(
         first, second: (n,) without NaN.
         success: (n,) bool.
         threshold: success is predicted above it by both.
-        rng, resamples: of the bootstrap, each class by itself.
+        rng, resamples: of the bootstrap, successes and failures separately.
     """
     a, b = first > threshold, second > threshold
     only_a, only_b = (a == success) & (b != success), (b == success) & (a != success)
     difference = bounds = None
     if success.sum() >= 2 and (~success).sum() >= 2:
-        ladders = Ladder.of(first, success), Ladder.of(second, success)
-        difference = float(ladders[0].roc_areas()[0] - ladders[1].roc_areas()[0])
+        rankings = RankedScores.of(first, success), RankedScores.of(second, success)
+        difference = float(rankings[0].roc_areas()[0] - rankings[1].roc_areas()[0])
         bounds = interval(
             np.concatenate(
                 [
-                    ladders[0].roc_areas(weights) - ladders[1].roc_areas(weights)
+                    rankings[0].roc_areas(weights) - rankings[1].roc_areas(weights)
                     for weights in stratified_weights(success, rng, resamples)
                 ]
             )
         )
     return Paired(
         n=len(success),
-        disagree=Rate(int((a != b).sum()), len(success)),
+        disagree=Proportion(int((a != b).sum()), len(success)),
         only_first_right=int(only_a.sum()),
         only_second_right=int(only_b.sum()),
-        first_optimistic=Rate(int((a & ~b & success).sum()), int((a & ~b).sum())),
-        second_optimistic=Rate(int((b & ~a & success).sum()), int((b & ~a).sum())),
+        first_optimistic=Proportion(int((a & ~b & success).sum()), int((a & ~b).sum())),
+        second_optimistic=Proportion(int((b & ~a & success).sum()), int((b & ~a).sum())),
         p_value=mcnemar(int(only_a.sum()), int(only_b.sum())),
         area_difference=difference,
         area_interval=bounds,

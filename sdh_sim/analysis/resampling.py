@@ -1,4 +1,9 @@
-"""Resamples of scored trials: each class by itself, as weights, so that nothing is copied."""
+"""Bootstrap resamples of scored trials, as weights of the trials: how often each was drawn.
+
+The trials are sorted by score once; every statistic of a resample is then a cumulative sum of its
+weights, for all resamples of a block together. Neither SciPy nor scikit-learn computes areas of
+weighted ROC curves for thousands of resamples at once.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +27,7 @@ def interval(samples: np.ndarray) -> Interval:
 def stratified_weights(
     success: np.ndarray, rng: np.random.Generator, resamples: int = RESAMPLES
 ) -> Iterator[np.ndarray]:
-    """How often each trial is drawn, successes and failures resampled each among themselves.
+    """How often each trial is drawn when successes and failures are resampled separately.
 
     Args:
         success: (n,) bool.
@@ -30,7 +35,8 @@ def stratified_weights(
         resamples: how many in all.
 
     Yields:
-        blocks (rows, n) of counts; each row sums to the class sizes in each class.
+        blocks (rows, n) of counts; in each row those of the successes add up to their number, and
+        so do those of the failures.
     """
     block = max(1, _CHUNK // max(1, len(success)))
     for start in range(0, resamples, block):
@@ -44,8 +50,8 @@ def stratified_weights(
 
 
 @dataclass(frozen=True)
-class Ladder:
-    """Trials sorted by falling score, for counting what lies above every distinct score.
+class RankedScores:
+    """Trials sorted by falling score, to count successes and failures above each score.
 
     Attributes:
         levels: distinct scores, falling (m,).
@@ -60,8 +66,13 @@ class Ladder:
     success: np.ndarray
 
     @classmethod
-    def of(cls, scores: np.ndarray, success: np.ndarray) -> Ladder:
-        """Sort scores (n,), infinities included but no NaN, with their outcomes (n,) bool."""
+    def of(cls, scores: np.ndarray, success: np.ndarray) -> RankedScores:
+        """Sort trials by their scores (n,), which may be infinite but not NaN.
+
+        Args:
+            scores: (n,).
+            success: (n,) bool, the outcomes.
+        """
         order = np.argsort(-scores, kind="stable")
         falling = scores[order]
         ends = np.flatnonzero(np.append(falling[1:] != falling[:-1], True)) if len(order) else order
@@ -74,7 +85,7 @@ class Ladder:
             weights: (r, n) how often each trial counts; None counts each once.
 
         Returns:
-            true and false positives (r, m), with None (1, m).
+            true and false positives, (r, m) each; (1, m) without weights.
         """
         if weights is None:
             weights = np.ones((1, len(self.order)), dtype=np.int64)
@@ -83,7 +94,10 @@ class Ladder:
         return good, bad
 
     def roc_points(self, weights: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """False and true positive rates (r, m + 1) from no trial predicted to all of them."""
+        """False and true positive rates, (r, m + 1) each, for falling thresholds.
+
+        At the first no trial is predicted to succeed, at the last every one.
+        """
         good, bad = self.counts(weights)
         zero = np.zeros((len(good), 1))
         x = np.concatenate((zero, bad / bad[:, -1:]), axis=1)
@@ -91,6 +105,6 @@ class Ladder:
         return x, y
 
     def roc_areas(self, weights: np.ndarray | None = None) -> np.ndarray:
-        """Area under the ROC curve for each row of weights (r,)."""
+        """Area under the ROC curve for each row of weights; (r,)."""
         x, y = self.roc_points(weights)
         return np.trapezoid(y, x, axis=1)

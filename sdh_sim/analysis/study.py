@@ -1,4 +1,4 @@
-"""Everything a comparison says about some trials: the numbers behind the report's every figure."""
+"""All statistics of some trials: the numbers behind every figure and table of the report."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pyarrow as pa
 
-from sdh_sim import records
 from sdh_sim.analysis import comparison as compare
 from sdh_sim.analysis import trial_tables
 from sdh_sim.analysis.comparison import METRICS, THRESHOLD, Comparison
@@ -25,6 +25,7 @@ from sdh_sim.analysis.thresholds import (
     calibrate,
     cross_validate,
 )
+from sdh_sim.records import columns_of, stack
 
 LOAD = ("q_sim", "q_sim_capped")
 EVERY, SEEN = "all", "no unseen contact"  # subsets of the load test's trials
@@ -32,7 +33,7 @@ EVERY, SEEN = "all", "no unseen contact"  # subsets of the load test's trials
 
 @dataclass(frozen=True)
 class Scored:
-    """One metric on one group of trials, ready for statistics.
+    """One metric and the outcomes of one group of trials.
 
     Attributes:
         scores: (n,) without NaN.
@@ -46,17 +47,17 @@ class Scored:
 
     @property
     def two_sided(self) -> bool:
-        """Whether both outcomes occur at least twice: fewer say nothing of a boundary."""
+        """Whether both outcomes occur at least twice, without which no threshold is chosen."""
         return bool(self.success.sum() >= 2 and (~self.success).sum() >= 2)
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One metric on one group.
+    """The statistics of one metric on one group of trials.
 
     Attributes:
-        comparison: what the threshold 1 gets right, and the area under the ROC curve.
-        scored: the trials.
+        comparison: confusion matrix at the metric's threshold, area under the ROC curve.
+        scored: the scores and outcomes of the trials.
         roc, precision_recall: None where an outcome is too rare.
         best: threshold chosen by cross-validation, or None.
         calibration: threshold against desired false positive rate, or None.
@@ -70,9 +71,25 @@ class Finding:
     calibration: Calibration | None
 
 
+class LoadTested(NamedTuple):
+    """One metric on the trials that were load-tested.
+
+    Attributes:
+        q: (n,) the metric [weights].
+        q_sim: (n,) load held [weights].
+        capped: (n,) bool, whether the grasp still held at the largest load tried.
+        unsensed: (n,) bool, whether a contact bore force that no pad measured.
+    """
+
+    q: np.ndarray
+    q_sim: np.ndarray
+    capped: np.ndarray
+    unsensed: np.ndarray
+
+
 @dataclass(frozen=True)
 class Study:
-    """What is known of the trials of some runs.
+    """The statistics of the trials of one or several runs.
 
     Attributes:
         metrics: columns compared.
@@ -80,10 +97,9 @@ class Study:
         findings: by group and metric.
         paired: L-infinity against L1 at threshold 1, by group.
         agreement: q* against q_sim by group, metric and subset; empty without load tests.
-        load: by metric, q* and q_sim and whether capped and whether a contact was unseen, each
-            (n,), of the last group; empty without load tests.
-        surplus: trials left out because they exceed their object's share.
-        tables: number of trials read.
+        load: the trials that were load-tested, by metric; empty without load tests.
+        surplus: number of trials left out because they exceed their object's share in a preset.
+        read: number of trials read, those left out included.
     """
 
     metrics: tuple[str, ...]
@@ -91,9 +107,9 @@ class Study:
     findings: dict[tuple[str, str], Finding]
     paired: dict[str, Paired]
     agreement: dict[tuple[str, str, str], Agreement]
-    load: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]
+    load: dict[str, LoadTested]
     surplus: int
-    tables: int
+    read: int
 
     @property
     def main(self) -> str:
@@ -111,15 +127,16 @@ def read_study(
     metrics: Sequence[str] = METRICS,
     resamples: int = RESAMPLES,
 ) -> Study:
-    """The study of tables of trials; metrics that a table lacks are left out.
+    """The study of the trials in some files.
 
-    Users' metrics that all tables have come last.
+    Metrics that one of the files lacks are left out; users' metrics that all of them have are
+    added at the end.
 
     Raises:
         RecordError: a file is no table of trials.
     """
     own = trial_tables.user_metrics(paths)
-    extra = trial_tables.columns_of(paths, (*metrics, *own, *LOAD, "unsensed_contact"))
+    extra = columns_of(paths, (*metrics, *own, *LOAD, "unsensed_contact"))
     table = trial_tables.read_trials(paths, extra)
     wanted = tuple(m for m in (*metrics, *own) if m in table.column_names)
     thresholds = {name: value for name, value in own.items() if value is not None}
@@ -134,8 +151,8 @@ def study_of(
 ) -> Study:
     """The study of one table that has the columns ``read_trials`` asks for.
 
-    The same trials give the same numbers whatever else is compared: every bootstrap and every
-    division into folds starts from a seed of its own.
+    The same trials give the same numbers, whatever else is compared: every bootstrap and every
+    division into folds starts from a fixed seed.
     """
     read = table.num_rows
     table = trial_tables.without_surplus(table)
@@ -146,7 +163,7 @@ def study_of(
     success = np.array(table.column("success").to_pylist(), dtype=bool)
     fold = np.full(len(success), -1)
     fold[usable] = stratified_folds(table.filter(pa.array(usable)))
-    columns = {metric: records.stack(table, metric) for metric in metrics}
+    columns = {metric: stack(table, metric) for metric in metrics}
     findings, paired = {}, {}
     for group, members in groups.items():
         for metric in metrics:
@@ -168,13 +185,13 @@ def study_of(
         agreement=agreement,
         load=load,
         surplus=read - table.num_rows,
-        tables=read,
+        read=read,
     )
 
 
 def _finding(comparison: Comparison, scored: Scored, resamples: int) -> Finding:
     scores, success, fold = scored.scores, scored.success, scored.fold
-    # The seed 0 of the comparison's own interval: figure and table show the same one.
+    # Seed 0, as for the interval in ``Comparison``: figure and table show the same one.
     return Finding(
         comparison=comparison,
         scored=scored,
@@ -195,20 +212,20 @@ def _load(
 ) -> tuple[dict, dict]:
     if not all(name in table.column_names for name in LOAD):
         return {}, {}
-    q_sim = records.stack(table, "q_sim")
+    q_sim = stack(table, "q_sim")
     capped = _flags(table.column("q_sim_capped"))
-    unseen = np.zeros(len(q_sim), dtype=bool)
+    unsensed = np.zeros(len(q_sim), dtype=bool)
     if "unsensed_contact" in table.column_names:
-        unseen = _flags(table.column("unsensed_contact"))
+        unsensed = _flags(table.column("unsensed_contact"))
     tested = usable & ~np.isnan(q_sim)
     if not tested.any():
         return {}, {}
     agreement, load = {}, {}
     for metric in (m for m in metrics if m.startswith("q_")):
         q = _filled(columns[metric])
-        load[metric] = (q[tested], q_sim[tested], capped[tested], unseen[tested])
+        load[metric] = LoadTested(q[tested], q_sim[tested], capped[tested], unsensed[tested])
         for group, members in groups.items():
-            for subset, part in ((EVERY, tested), (SEEN, tested & ~unseen)):
+            for subset, part in ((EVERY, tested), (SEEN, tested & ~unsensed)):
                 keep = members & part
                 agreement[group, metric, subset] = agree(
                     q[keep], q_sim[keep], capped[keep], seeded("agreement"), resamples
@@ -224,7 +241,7 @@ def stratified_folds(table: pa.Table) -> np.ndarray:
 
 
 def seeded(purpose: str) -> np.random.Generator:
-    """The random stream of a purpose, always the same."""
+    """A random generator whose seed is made of the purpose's name."""
     return np.random.default_rng(zlib.crc32(purpose.encode()))
 
 

@@ -1,4 +1,4 @@
-"""Where to put the decision boundary: the most accurate one, and one as conservative as desired."""
+"""Choice of the threshold: the most accurate one, and one for a desired false positive rate."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sdh_sim.analysis.proportion import Rate
-from sdh_sim.analysis.resampling import RESAMPLES, Ladder, stratified_weights
+from sdh_sim.analysis.proportion import Proportion
+from sdh_sim.analysis.resampling import RESAMPLES, RankedScores, stratified_weights
 
 FOLDS = 10
 TARGETS = np.round(np.arange(0.0, 0.505, 0.01), 2)  # desired false positive rates
@@ -26,31 +26,32 @@ def assign_folds(strata: np.ndarray, rng: np.random.Generator, folds: int = FOLD
     start = 0
     for label in sorted(set(strata.tolist())):
         members = rng.permutation(np.flatnonzero(strata == label))
-        # Going on where the last stratum stopped keeps the folds of one size.
+        # Going on where the last stratum stopped keeps the folds equal in size.
         fold[members] = (start + np.arange(len(members))) % folds
         start += len(members)
     return fold
 
 
 def best_threshold(scores: np.ndarray, success: np.ndarray) -> float:
-    """The threshold t at which "succeeds when score > t" is right most often.
+    """The threshold t of the most accurate prediction "succeeds where score > t".
 
-    Among equally good ones the middle one; between two scores, their mean. -inf predicts success
-    for every score above it.
+    It lies midway between two neighbouring scores; of several that are equally accurate the
+    middle one is taken. -inf where it is most accurate to predict success throughout.
 
     Args:
         scores: (n,) without NaN.
         success: (n,) bool.
     """
-    ladder = Ladder.of(scores, success)
-    good, bad = ladder.counts()
-    right = np.concatenate(([0], (good - bad)[0]))  # plus the number of failures
-    best = np.flatnonzero(right == right.max())
-    return _between(ladder.levels, int(best[len(best) // 2]))
+    ranked = RankedScores.of(scores, success)
+    good, bad = ranked.counts()
+    # Correct predictions, less the number of all failures.
+    correct = np.concatenate(([0], (good - bad)[0]))
+    best = np.flatnonzero(correct == correct.max())
+    return _between(ranked.levels, int(best[len(best) // 2]))
 
 
 def _between(levels: np.ndarray, above: int) -> float:
-    """A threshold that the first ``above`` of the falling levels exceed and no other."""
+    """A threshold that the first ``above`` of the falling levels exceed, and no other does."""
     if above == len(levels):
         return -np.inf
     if above == 0:
@@ -64,24 +65,24 @@ def _between(levels: np.ndarray, above: int) -> float:
 
 @dataclass(frozen=True)
 class CrossValidated:
-    """Right and wrong predictions with the threshold of each fold chosen on the other folds.
+    """How well a threshold predicts trials that were not used to choose it.
 
     Attributes:
-        threshold: the best on all trials: what to use next.
-        low, high: smallest and largest of the folds' thresholds.
-        accuracy, true_positive_rate, true_negative_rate: over all folds together.
+        threshold: the most accurate one on all trials.
+        low, high: smallest and largest of the thresholds chosen for the folds.
+        accuracy, true_positive_rate, true_negative_rate: of all folds together.
     """
 
     threshold: float
     low: float
     high: float
-    accuracy: Rate
-    true_positive_rate: Rate
-    true_negative_rate: Rate
+    accuracy: Proportion
+    true_positive_rate: Proportion
+    true_negative_rate: Proportion
 
 
 def cross_validate(scores: np.ndarray, success: np.ndarray, fold: np.ndarray) -> CrossValidated:
-    """Choose the most accurate threshold on the other folds, apply it to each in turn.
+    """Predict each fold with the threshold that is most accurate on the others.
 
     Args:
         scores: (n,) without NaN.
@@ -101,14 +102,14 @@ def cross_validate(scores: np.ndarray, success: np.ndarray, fold: np.ndarray) ->
         threshold=best_threshold(scores, success),
         low=min(chosen),
         high=max(chosen),
-        accuracy=Rate(tp + tn, len(scores)),
-        true_positive_rate=Rate(tp, good),
-        true_negative_rate=Rate(tn, bad),
+        accuracy=Proportion(tp + tn, len(scores)),
+        true_positive_rate=Proportion(tp, good),
+        true_negative_rate=Proportion(tn, bad),
     )
 
 
 def threshold_for(scores: np.ndarray, success: np.ndarray, target: float) -> float:
-    """Smallest threshold at which at most a share ``target`` of the failures is above it."""
+    """Smallest threshold that at most a share ``target`` of the failures exceeds."""
     failing = np.sort(scores[~success])[::-1]
     allowed = int(np.floor(target * len(failing) + 1e-9))
     return float(failing[allowed]) if allowed < len(failing) else -np.inf
@@ -116,14 +117,14 @@ def threshold_for(scores: np.ndarray, success: np.ndarray, target: float) -> flo
 
 @dataclass(frozen=True)
 class Calibration:
-    """Threshold for a desired false positive rate, and what it costs.
+    """Threshold for a desired false positive rate, and the true positive rate that is left.
 
     Attributes:
-        targets: desired false positive rates (k,).
-        threshold, threshold_low, threshold_high: smallest threshold that keeps to them on the
-            trials at hand (k,), 95 % bootstrap band.
-        tpr, tpr_low, tpr_high: share of the successes that is still predicted (k,), band.
-        achieved: false positives among trials of the folds that did not choose (k,).
+        targets: (k,) desired false positive rates.
+        threshold, threshold_low, threshold_high: (k,) smallest threshold with at most that false
+            positive rate on all trials, and its 95 % bootstrap band.
+        tpr, tpr_low, tpr_high: (k,) true positive rate at that threshold, and its band.
+        achieved: (k,) false positive rate on trials that were not used to choose the threshold.
     """
 
     targets: np.ndarray
@@ -133,7 +134,7 @@ class Calibration:
     tpr: np.ndarray
     tpr_low: np.ndarray
     tpr_high: np.ndarray
-    achieved: tuple[Rate, ...]
+    achieved: tuple[Proportion, ...]
 
 
 def calibrate(
@@ -144,25 +145,25 @@ def calibrate(
     resamples: int = RESAMPLES,
     targets: np.ndarray = TARGETS,
 ) -> Calibration | None:
-    """Threshold against desired false positive rate; None where a class has no two members.
+    """Threshold for each desired false positive rate; None with fewer than two of an outcome.
 
     Args:
         scores: (n,) without NaN.
         success: (n,) bool.
         fold: (n,) fold of each trial.
-        rng, resamples: of the bootstrap, each class by itself.
+        rng, resamples: of the bootstrap, successes and failures separately.
         targets: (k,) desired false positive rates.
     """
     if success.sum() < 2 or (~success).sum() < 2:
         return None
-    ladder = Ladder.of(scores, success)
-    threshold, tpr = _at_targets(ladder, None, targets)
+    ranked = RankedScores.of(scores, success)
+    threshold, tpr = _at_targets(ranked, None, targets)
     thresholds, tprs = [], []
     for weights in stratified_weights(success, rng, resamples):
-        t, y = _at_targets(ladder, weights, targets)
+        t, y = _at_targets(ranked, weights, targets)
         thresholds.append(t)
         tprs.append(y)
-    # Infinite thresholds (every trial passes) sort right, but cannot be interpolated between.
+    # Nearest: a threshold may be -inf, which cannot be interpolated.
     t_low, t_high = np.quantile(
         np.concatenate(thresholds), [0.025, 0.975], axis=0, method="nearest"
     )
@@ -180,15 +181,15 @@ def calibrate(
 
 
 def _at_targets(
-    ladder: Ladder, weights: np.ndarray | None, targets: np.ndarray
+    ranked: RankedScores, weights: np.ndarray | None, targets: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Thresholds and true positive rates (r, k) for each row of weights."""
-    good, bad = ladder.counts(weights)
+    good, bad = ranked.counts(weights)
     zero = np.zeros((len(good), 1), dtype=good.dtype)
-    # Column j: what lies strictly above level j; the last column: everything.
+    # Column j: trials strictly above level j; the last column: all trials.
     above_good = np.concatenate((zero, good), axis=1)
     above_bad = np.concatenate((zero, bad), axis=1)
-    levels = np.append(ladder.levels, -np.inf)
+    levels = np.append(ranked.levels, -np.inf)
     rows = np.arange(len(good))
     thresholds, rates = np.empty((2, len(good), len(targets)))
     for k, target in enumerate(targets):
@@ -199,11 +200,13 @@ def _at_targets(
     return thresholds, rates
 
 
-def _achieved(scores: np.ndarray, success: np.ndarray, fold: np.ndarray, target: float) -> Rate:
+def _achieved(
+    scores: np.ndarray, success: np.ndarray, fold: np.ndarray, target: float
+) -> Proportion:
     passed = total = 0
     for k in np.unique(fold):
         held_out = (fold == k) & ~success
         threshold = threshold_for(scores[fold != k], success[fold != k], target)
         passed += int((scores[held_out] > threshold).sum())
         total += int(held_out.sum())
-    return Rate(passed, total)
+    return Proportion(passed, total)

@@ -1,4 +1,4 @@
-"""Tables of trials for comparisons: reading several of them, and which trials count."""
+"""Reading the trials to compare from several files, and which of them count."""
 
 from __future__ import annotations
 
@@ -9,25 +9,22 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from sdh_sim import records
-from sdh_sim.records.parquet_files import _column_names
-from sdh_sim.records.schema import NO_TRUTH
-from sdh_sim.records.user_columns import added_in, is_metric
+from sdh_sim.records import NO_TRUTH, added_in, columns_of, is_metric, read_table
 
 COMPARED = ("q_linf", "q_l1")  # metrics that every comparison needs
 SURPLUS = "surplus"  # column of trials that a preset ran beyond an object's share
 
 
 def user_metrics(paths: Sequence[Path]) -> dict[str, float | None]:
-    """Columns of users' metrics that every one of the tables has, with the thresholds stated.
+    """Columns of users' metrics that all the files have, each with the threshold it states.
 
-    Where tables state different thresholds, none counts.
+    None where it states no threshold, or the files state different ones.
     """
     found: dict[str, set[float | None]] = {}
     for number, path in enumerate(paths):
         try:
             schema = pq.read_schema(path)
-        except (pa.ArrowException, OSError):  # whoever reads the table says what is wrong with it
+        except (pa.ArrowException, OSError):  # read_trials reports what is wrong
             return {}
         mine = {c.name: c.threshold for c in added_in(schema) if is_metric(c.name)}
         if number == 0:
@@ -37,13 +34,13 @@ def user_metrics(paths: Sequence[Path]) -> dict[str, float | None]:
 
 
 def read_trials(paths: Sequence[Path], extra: Sequence[str] = ()) -> pa.Table:
-    """The columns that the comparison needs, of several tables one after the other.
+    """The columns that a comparison needs, of the trials of several files.
 
-    Whether a trial is beyond its share of a preset (``surplus``) comes with them.
+    Among them is ``surplus``: whether a trial exceeds its object's share in a preset.
 
     Args:
         paths: files of trials.
-        extra: further columns, which every table must have.
+        extra: further columns, which every file must have.
     """
     columns = ("object", "success", "failure", *dict.fromkeys((*COMPARED, *extra)))
     return pa.concat_tables([_with_surplus(path, columns) for path in paths])
@@ -51,16 +48,16 @@ def read_trials(paths: Sequence[Path], extra: Sequence[str] = ()) -> pa.Table:
 
 def _with_surplus(path: Path, columns: Sequence[str]) -> pa.Table:
     wanted = [name for name in columns if name != SURPLUS]
-    if SURPLUS in _column_names(path):
-        return records.read_table(path, [*wanted, SURPLUS])
-    table = records.read_table(path, wanted)
+    if columns_of([path], (SURPLUS,)):
+        return read_table(path, [*wanted, SURPLUS])
+    table = read_table(path, wanted)
     return table.append_column(SURPLUS, pa.nulls(table.num_rows, pa.bool_()))
 
 
 def groups_of(table: pa.Table) -> dict[str, np.ndarray]:
-    """Members (n,) bool of every object, in the order they appear, and of ``overall`` at the end.
+    """Which trials (n,) belong to each object, in order of appearance, and to ``overall``, last.
 
-    ``overall`` is left out where there is one object only.
+    With one object only there is no ``overall``.
     """
     names = np.array(table.column("object").to_pylist(), dtype=object)
     groups = {name: names == name for name in dict.fromkeys(names.tolist())}
@@ -70,17 +67,17 @@ def groups_of(table: pa.Table) -> dict[str, np.ndarray]:
 
 
 def unstable_of(table: pa.Table) -> np.ndarray:
-    """Trials without truth: their simulation was unstable or broke off; (n,) bool."""
+    """Trials without an outcome: the simulation was unstable or broke off; (n,) bool."""
     return np.array([f in NO_TRUTH for f in table.column("failure").to_pylist()], dtype=bool)
 
 
 def surplus_of(table: pa.Table) -> np.ndarray:
-    """Trials beyond their object's share in a preset, which do not count; (n,) bool."""
+    """Trials that exceed their object's share in a preset and do not count; (n,) bool."""
     if SURPLUS not in table.column_names:
         return np.zeros(table.num_rows, dtype=bool)
     return np.array([bool(value) for value in table.column(SURPLUS).to_pylist()], dtype=bool)
 
 
 def without_surplus(table: pa.Table) -> pa.Table:
-    """The trials that count."""
+    """The trials that are not surplus."""
     return table.filter(pa.array(~surplus_of(table)))

@@ -1,9 +1,9 @@
 """Trials on a Dask cluster: one that is running somewhere, or one started on this machine.
 
 Dask is the extra ``distributed``. A Dask worker does not run trials itself but in processes of its
-own (``sdh_sim.processes``), one per thread: a trial that kills its process is told from its
-neighbours, as it is without Dask, and the worker stays. Where a worker goes away (its machine
-does), Dask runs its trials elsewhere.
+own (``local_processes``), one per thread: a trial that kills its process ends no other trial, and
+the Dask worker stays. Where a worker is lost, with its machine perhaps, Dask runs its trials
+elsewhere.
 """
 
 from __future__ import annotations
@@ -22,11 +22,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from sdh_sim.campaign.jobs import Done, Work
+from sdh_sim.campaign.job_result import JobResult
+from sdh_sim.campaign.jobs import TrialTask
 from sdh_sim.campaign.local_processes import ProcessExecutor
 from sdh_sim.campaign.stop_signals import interrupts_held
 from sdh_sim.errors import SettingsError, WorkerDied
-from sdh_sim.runs.plan import Job
+from sdh_sim.runs import Job
 from sdh_sim.thread_limits import limit_threads, limited_children
 
 _CONNECT = 30.0  # [s]
@@ -34,7 +35,7 @@ _GONE = "the Dask scheduler has gone away"
 _RECOUNT = 2.0  # [s] between two looks at how many workers there are
 
 
-def check(scheduler: str | None) -> None:
+def check_available(scheduler: str | None) -> None:
     """Raise SettingsError where Dask is not installed or the scheduler file does not exist."""
     if importlib.util.find_spec("distributed") is None:
         raise SettingsError(
@@ -54,16 +55,16 @@ class DaskExecutor:
 
     Args:
         workers: processes of a cluster on this machine.
-        work: what runs a trial.
+        task: what runs a trial.
         scheduler: address or scheduler file of a running cluster; None starts one here.
 
     Raises:
         WorkerDied: the scheduler does not answer, or goes away.
     """
 
-    def __init__(self, workers: int, work: Work, scheduler: str | None) -> None:
+    def __init__(self, workers: int, task: TrialTask, scheduler: str | None) -> None:
         distributed: Any = importlib.import_module("distributed")
-        self._work = work
+        self._task = task
         self._run = uuid.uuid4().hex
         self._ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._jobs: dict[Any, Job] = {}
@@ -89,19 +90,19 @@ class DaskExecutor:
         Where there is no worker, a job waits for the first.
         """
         if time.monotonic() - self._counted >= _RECOUNT:
-            with _told_when_gone():
+            with _lost_scheduler_is_an_error():
                 self._slots = max(1, 2 * sum(self._client.nthreads().values()))
             self._counted = time.monotonic()
         return self._slots
 
     def submit(self, job: Job) -> None:
         """Send the job to the scheduler."""
-        with _told_when_gone():
-            future = self._client.submit(_run, self._run, self._work, job, pure=False)
+        with _lost_scheduler_is_an_error():
+            future = self._client.submit(_run, self._run, self._task, job, pure=False)
         self._jobs[future] = job
         future.add_done_callback(self._ended.put)
 
-    def wait(self, seconds: float) -> list[tuple[Job, Done]]:
+    def wait(self, seconds: float) -> list[tuple[Job, JobResult]]:
         """What has come back; see ``Executor``."""
         ended: list[Any] = []
         try:
@@ -110,18 +111,23 @@ class DaskExecutor:
                 ended.append(self._ended.get_nowait())
         except queue.Empty:
             pass
-        with _told_when_gone():
-            good = [future for future in ended if future.status == "finished"]
-            answers = dict(zip(good, self._client.gather(good), strict=True)) if good else {}
-            return [
-                (self._jobs.pop(f), answers[f] if f in answers else self._fate(f)) for f in ended
-            ]
+        with _lost_scheduler_is_an_error():
+            status = {future: future.status for future in ended}
+            good = [future for future in ended if status[future] == "finished"]
+            results = dict(zip(good, self._client.gather(good), strict=True)) if good else {}
+            for future in ended:
+                if status[future] in ("lost", "pending"):
+                    # Its worker was lost with the result; Dask runs it again.
+                    future.add_done_callback(self._ended.put)
+                elif future not in results:
+                    results[future] = self._failure(future)
+        return [(self._jobs.pop(future), result) for future, result in results.items()]
 
-    def _fate(self, future: Any) -> Done:
+    def _failure(self, future: Any) -> JobResult:
         if future.status != "error":
             raise WorkerDied(_GONE)
         error = future.exception()
-        return Done(None, error=f"{type(error).__name__}: {error}".splitlines()[0])
+        return JobResult(None, error=f"{type(error).__name__}: {error}".splitlines()[0])
 
     def close(self, finished: bool) -> None:
         """Drop what is still under way and end the trial processes."""
@@ -139,8 +145,8 @@ class DaskExecutor:
 
 
 @contextlib.contextmanager
-def _told_when_gone() -> Iterator[None]:
-    """Whatever Dask raises inside the block (its kinds differ by version) is a lost scheduler."""
+def _lost_scheduler_is_an_error() -> Iterator[None]:
+    """Whatever Dask raises in the block (which differs by version) becomes a WorkerDied."""
     try:
         yield
     except (KeyboardInterrupt, WorkerDied):
@@ -172,13 +178,13 @@ class _Trials:
         self._run = ""
         self._idle: list[ProcessExecutor] = []
 
-    def __call__(self, run: str, work: Work, job: Job) -> Done:
+    def __call__(self, run: str, task: TrialTask, job: Job) -> JobResult:
         limit_threads()
         with self._lock:
             if run != self._run:
                 self._end_idle()
                 self._run = run
-            executor = self._idle.pop() if self._idle else ProcessExecutor(1, work)
+            executor = self._idle.pop() if self._idle else ProcessExecutor(1, task)
         keep = False
         try:
             executor.submit(job)
@@ -186,7 +192,7 @@ class _Trials:
                 pass
             keep = True
         except WorkerDied as error:
-            return Done(None, error=str(error), refused=True)
+            return JobResult(None, error=str(error), refused=True)
         finally:
             with self._lock:
                 if keep and run == self._run:
@@ -211,11 +217,11 @@ class _Trials:
 _TRIALS = _Trials()
 
 
-def _run(run: str, work: Work, job: Job) -> Done:
+def _run(run: str, task: TrialTask, job: Job) -> JobResult:
     if multiprocessing.current_process().daemon:
         error = "a Dask worker may not start processes; start it with: dask worker --no-nanny"
-        return Done(None, error=error, refused=True)
-    return _TRIALS(run, work, job)
+        return JobResult(None, error=error, refused=True)
+    return _TRIALS(run, task, job)
 
 
 def _end_run(run: str) -> None:

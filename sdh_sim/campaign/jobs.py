@@ -1,7 +1,7 @@
-"""Trials in, rows out, whatever runs them: what a worker does, what is tried again, what stops.
+"""Trials in, rows out: what a worker does with a job, and how jobs reach workers.
 
-An ``Executor`` runs jobs somewhere (``sdh_sim.processes``, ``sdh_sim.cluster``); ``run_jobs`` keeps
-it busy and gives every job one more try.
+An ``Executor`` runs jobs somewhere (``local_processes``, ``dask_cluster``); ``run_jobs`` keeps it
+busy and gives every job one more try.
 """
 
 from __future__ import annotations
@@ -12,13 +12,10 @@ from collections.abc import Callable, Generator, Iterable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-import numpy as np
-
-from sdh_sim import records
-from sdh_sim.errors import SettingsError
-from sdh_sim.runs.environment import versions
-from sdh_sim.runs.folder import RunFolder
-from sdh_sim.runs.plan import Job
+from sdh_sim.campaign.job_result import JobResult
+from sdh_sim.errors import RecordError, SettingsError
+from sdh_sim.records import normalise
+from sdh_sim.runs import Job, RunFolder, versions
 from sdh_sim.settings import TrialSettings
 
 TrialFunction = Callable[[TrialSettings, int, bool], Any]
@@ -26,32 +23,7 @@ _POLL = 1.0  # [s] how soon workers that join are noticed
 
 
 @dataclass(frozen=True)
-class Done:
-    """What comes back of a job: a row, or the reason why there is none.
-
-    Attributes:
-        row: the finished row, or None.
-        wall_seconds: time the trial took [s].
-        diverged: state by name where the simulation diverged, else None.
-        error: one line on what went wrong. Text, because an exception that cannot be unpickled
-            would take the worker down.
-        details: traceback, or what is known of a dead process.
-        refused: it is not the trial's fault (a file could not be written, other versions): the run
-            has to stop.
-        final: no further try, the executor has made some.
-    """
-
-    row: records.Row | None
-    wall_seconds: float = 0.0
-    diverged: dict[str, np.ndarray] | None = None
-    error: str = ""
-    details: str = ""
-    refused: bool = False
-    final: bool = False
-
-
-@dataclass(frozen=True)
-class Work:
+class TrialTask:
     """Runs one trial in a worker.
 
     Attributes:
@@ -67,29 +39,29 @@ class Work:
     folder: RunFolder
     versions: dict[str, str] | None = None
 
-    def __call__(self, job: Job) -> Done:
+    def __call__(self, job: Job) -> JobResult:
         if (other := self._other_versions()) is not None:
-            return Done(None, error=other, refused=True)
+            return JobResult(None, error=other, refused=True)
         try:
             run_trial = self.trial
             if run_trial is None:
-                from sdh_sim.trial.trial import run_trial  # MuJoCo is loaded in workers only
+                from sdh_sim.trial import run_trial  # MuJoCo is loaded in workers only
             result = run_trial(job.settings, job.seed, self.rerun != "none")
-            row = records.normalise({**result.row, "trial": job.trial})
+            row = normalise({**result.row, "trial": job.trial})
             if (row["object"], row["seed"]) != (job.settings.object, job.seed):
-                raise records.RecordError(f"the row is of {row['object']}, seed {row['seed']}")
+                raise RecordError(f"the row is of {row['object']}, seed {row['seed']}")
         except SettingsError as error:  # an object's folder has changed, or is not on this machine
-            return Done(None, error=str(error), refused=True)
+            return JobResult(None, error=str(error), refused=True)
         except Exception as error:
-            return Done(None, error=_line(error), details=traceback.format_exc())
+            return JobResult(None, error=_first_line(error), details=traceback.format_exc())
         if self.rerun == "all" or (self.rerun == "failures" and not row["success"]):
             try:
                 self._record(job, result.log)
             except Exception as error:
                 refused = isinstance(error, OSError)
                 details = traceback.format_exc()
-                return Done(None, error=_line(error), refused=refused, details=details)
-        return Done(row, result.wall_seconds, getattr(result, "diverged", None))
+                return JobResult(None, error=_first_line(error), refused=refused, details=details)
+        return JobResult(row, result.wall_seconds, getattr(result, "diverged", None))
 
     def _record(self, job: Job, log: Any) -> None:
         from sdh_sim.viewing.recording import write_recording
@@ -108,7 +80,7 @@ class Work:
         return f"a worker has {them}; install the same versions on every machine"
 
 
-def _line(error: Exception) -> str:
+def _first_line(error: Exception) -> str:
     return f"{type(error).__name__}: {error}".splitlines()[0]
 
 
@@ -123,7 +95,7 @@ class Executor(Protocol):
         """Start a job."""
         ...
 
-    def wait(self, seconds: float) -> list[tuple[Job, Done]]:
+    def wait(self, seconds: float) -> list[tuple[Job, JobResult]]:
         """What has come back; waits for the first, but no longer than ``seconds``.
 
         A job whose worker died comes back without a row.
@@ -137,14 +109,14 @@ class Executor(Protocol):
 
 def run_jobs(
     jobs: Iterable[Job], executor: Executor
-) -> Generator[list[tuple[Job, Done]], None, None]:
-    """The jobs with their outcomes, some at a time, as they finish.
+) -> Generator[list[tuple[Job, JobResult]], None, None]:
+    """The jobs with their results, some at a time, as they finish.
 
-    A job without a row is tried once more. The next jobs are on their way before outcomes are
+    A job without a row is tried once more. The next jobs are on their way before results are
     handed on: at most twice ``executor.slots()`` trials are neither waiting nor handed on.
 
     Whatever ends this early (an exception here, or the caller closing it) ends the workers too;
-    outcomes that were ready by then still come first on a Ctrl-C.
+    results that were ready by then still come first on a Ctrl-C.
 
     Raises:
         WorkerDied: processes end as soon as they start.
@@ -166,26 +138,26 @@ def run_jobs(
             running += 1
             free -= 1
 
-    def collect(seconds: float) -> list[tuple[Job, Done]]:
+    def collect(seconds: float) -> list[tuple[Job, JobResult]]:
         nonlocal running
-        final: list[tuple[Job, Done]] = []
-        for job, done in executor.wait(seconds):
+        ended: list[tuple[Job, JobResult]] = []
+        for job, result in executor.wait(seconds):
             running -= 1
-            if done.row is not None or done.refused or done.final or job.trial in tried:
+            if result.row is not None or result.refused or job.trial in tried:
                 tried.discard(job.trial)
-                final.append((job, done))
+                ended.append((job, result))
             else:
                 tried.add(job.trial)
                 again.append(job)
-        return final
+        return ended
 
     try:
         fill()
         while running:
-            final = collect(_POLL)
+            ended = collect(_POLL)
             fill()
-            if final:
-                yield final
+            if ended:
+                yield ended
         finished = True
     except KeyboardInterrupt:
         yield collect(0.0)

@@ -1,4 +1,4 @@
-"""Worker processes on this machine, one job each; whose process died is never in doubt."""
+"""Worker processes on this machine, one job each: a dead process says which job it had."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from multiprocessing import connection
 from multiprocessing.connection import Connection
 from typing import Any
 
-from sdh_sim.campaign.jobs import Done
+from sdh_sim.campaign.job_result import JobResult
 from sdh_sim.campaign.stop_signals import interrupts_held
 from sdh_sim.errors import WorkerDied
-from sdh_sim.runs.plan import Job
+from sdh_sim.runs import Job
 from sdh_sim.thread_limits import limited_children
 
 _READY = "ready"
@@ -25,17 +25,17 @@ _FAILED_STARTS = 3  # in a row; one may be bad luck
 class _Worker:
     """A process, our end of its pipe, and what it is working at."""
 
-    def __init__(self, work: Callable[[Job], Done]) -> None:
+    def __init__(self, task: Callable[[Job], JobResult]) -> None:
         context = multiprocessing.get_context("spawn")
         self.pipe, theirs = context.Pipe()
-        self.process: Any = context.Process(target=_serve, args=(theirs, work), daemon=True)
+        self.process: Any = context.Process(target=_serve, args=(theirs, task), daemon=True)
         with limited_children(), interrupts_held():
             self.process.start()
         theirs.close()  # the end of the process is then the end of the pipe
         self.job: Job | None = None
         self.ready = False
 
-    def fate(self) -> str:
+    def ending(self) -> str:
         """How the process ended."""
         self.process.join(5.0)
         code = self.process.exitcode
@@ -62,9 +62,9 @@ class _Worker:
 class ProcessExecutor:
     """An ``Executor`` of ``workers`` processes, which are started when first needed."""
 
-    def __init__(self, workers: int, work: Callable[[Job], Done]) -> None:
+    def __init__(self, workers: int, task: Callable[[Job], JobResult]) -> None:
         self._slots = workers
-        self._work = work
+        self._task = task
         self._idle: list[_Worker] = []
         self._busy: dict[Connection, _Worker] = {}
         self._failed_starts = 0
@@ -76,7 +76,7 @@ class ProcessExecutor:
     def submit(self, job: Job) -> None:
         """Hand the job to an idle process, or to a new one."""
         while True:
-            worker = self._idle.pop() if self._idle else _Worker(self._work)
+            worker = self._idle.pop() if self._idle else _Worker(self._task)
             try:
                 worker.pipe.send(job)
             except OSError:  # it died idle
@@ -87,15 +87,15 @@ class ProcessExecutor:
             self._busy[worker.pipe] = worker
             return
 
-    def wait(self, seconds: float) -> list[tuple[Job, Done]]:
+    def wait(self, seconds: float) -> list[tuple[Job, JobResult]]:
         """What has come back; see ``Executor``."""
-        came: list[tuple[Job, Done]] = []
+        came: list[tuple[Job, JobResult]] = []
         for pipe in connection.wait(list(self._busy), seconds):
             worker = self._busy[pipe]  # pyright: ignore[reportArgumentType]
             try:
                 answer = worker.pipe.recv()
             except (EOFError, OSError):
-                came += self._bury(worker)
+                came += self._remove(worker)
                 continue
             if answer == _READY:
                 worker.ready = True
@@ -108,16 +108,17 @@ class ProcessExecutor:
             worker.job = None
         return came
 
-    def _bury(self, worker: _Worker) -> list[tuple[Job, Done]]:
+    def _remove(self, worker: _Worker) -> list[tuple[Job, JobResult]]:
+        """Take out a dead worker; the result of its job, or none where the job starts again."""
         del self._busy[worker.pipe]
-        job, fate = worker.job, worker.fate()
+        job, ending = worker.job, worker.ending()
         worker.end()
         assert job is not None
         if not worker.ready:
             self._count_failed_start(worker)
             self.submit(job)
             return []
-        return [(job, Done(None, error=f"its worker process {fate}"))]
+        return [(job, JobResult(None, error=f"its worker process {ending}"))]
 
     def _count_failed_start(self, worker: _Worker) -> None:
         if worker.ready:
@@ -125,7 +126,7 @@ class ProcessExecutor:
         self._failed_starts += 1
         if self._failed_starts >= _FAILED_STARTS:
             raise WorkerDied(
-                f"worker processes end before they are ready: the last {worker.fate()}; a script "
+                f"worker processes end before they are ready: the last {worker.ending()}; a script "
                 'must start the run below `if __name__ == "__main__":`'
             )
 
@@ -143,7 +144,7 @@ class ProcessExecutor:
         self._busy.clear()
 
 
-def _serve(pipe: Connection, work: Callable[[Job], Done]) -> None:
+def _serve(pipe: Connection, task: Callable[[Job], JobResult]) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides what Ctrl-C does
     parent = multiprocessing.parent_process()
     if parent is not None:
@@ -151,10 +152,10 @@ def _serve(pipe: Connection, work: Callable[[Job], Done]) -> None:
     with contextlib.suppress(EOFError, OSError):  # the parent has closed the pipe: no more work
         pipe.send(_READY)
         while True:
-            pipe.send(work(pipe.recv()))
+            pipe.send(task(pipe.recv()))
 
 
 def _end_with(sentinel: int) -> None:
-    """A worker whose parent was killed would finish its trial for nobody."""
+    """End this process with its parent: nobody would take the result of its trial."""
     connection.wait([sentinel])
     os._exit(1)

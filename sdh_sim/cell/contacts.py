@@ -1,42 +1,100 @@
-"""MuJoCo's contacts decoded, here and nowhere else: which parts touch, where, with what force."""
+"""MuJoCo's contacts decoded, here and nowhere else: which parts touch, where, with what force.
+
+A contact of MuJoCo names two geoms; the first axis of its frame points from the first to the
+second. It bears force only where the constraint solver has a row for it (``efc_address >= 0``).
+"""
 
 from __future__ import annotations
 
 import mujoco
 import numpy as np
 
-from sdh_sim.cell.scene import HAND_GEOM, OBJECT_GEOM, Scene
-from sdh_sim.robot.pads import TACTILE_SIZE
+from sdh_sim.cell.scene import ARM_GEOM, HAND_GEOM, OBJECT_GEOM, TABLE_GEOM, Scene
+from sdh_sim.robot import TACTILE_SIZE
+
+
+def touching(scene: Scene, data: mujoco.MjData, first: int, second: int) -> np.ndarray:
+    """Which contacts are between geoms of two groups, bearing force or not (ncon,) bool."""
+    groups = np.sort(scene.geom_group[data.contact.geom], axis=1)
+    return (groups == sorted((first, second))).all(axis=1)
+
+
+def object_on_table(scene: Scene, data: mujoco.MjData) -> bool:
+    """Whether the object touches the table."""
+    return bool(touching(scene, data, OBJECT_GEOM, TABLE_GEOM).any())
+
+
+def robot_touches(scene: Scene, data: mujoco.MjData) -> bool:
+    """Whether the hand or the arm touches anything, itself included."""
+    groups = scene.geom_group[data.contact.geom]
+    return bool(np.isin(groups, (HAND_GEOM, ARM_GEOM)).any())
 
 
 def taxel_forces(scene: Scene, data: mujoco.MjData) -> np.ndarray:
-    """Normal force on every taxel, flat (486,) [N], cells that do not exist 0."""
+    """Normal force on every taxel, flat (486,) [N], 0 where a pad has no taxel."""
     forces = np.zeros(TACTILE_SIZE)
     if data.ncon == 0 or data.nefc == 0:
         return forces
     contact = data.contact
-    address = contact.efc_address
-    # A contact out of reach of the constraint solver has no row.
-    alive = address >= 0
-    normal = data.efc_force[address[alive]]
-    for geom in contact.geom[alive].T:
+    bearing = contact.efc_address >= 0
+    normal = data.efc_force[contact.efc_address[bearing]]
+    for geom in contact.geom[bearing].T:
         taxel = scene.taxel[geom]
         hit = taxel >= 0
         np.add.at(forces, taxel[hit], normal[hit])
     return forces
 
 
-def contact_arrows(scene: Scene, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:
-    """Contacts between object and hand: points (k, 3) [m] and forces on the object (k, 3) [N]."""
+def hand_force(scene: Scene, data: mujoco.MjData) -> tuple[float, float]:
+    """Normal force between object and hand: on taxels, on all other parts of the hand [N]."""
+    if data.ncon == 0:
+        return 0.0, 0.0
+    contact = data.contact
+    bearing = touching(scene, data, OBJECT_GEOM, HAND_GEOM) & (contact.efc_address >= 0)
+    force = data.efc_force[contact.efc_address[bearing]]
+    sensed = (scene.taxel[contact.geom[bearing]] >= 0).any(axis=1)
+    return float(force[sensed].sum()), float(force[~sensed].sum())
+
+
+def forces_on_object(scene: Scene, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:
+    """Where the hand bears on the object, and with what force.
+
+    Returns:
+        points (k, 3) [m] and forces on the object (k, 3) [N], in the world.
+    """
     points, forces = [], []
     wrench = np.empty(6)
-    groups = scene.geom_group[data.contact.geom]
-    for k in range(data.ncon):
-        if data.contact.efc_address[k] < 0 or set(groups[k]) != {OBJECT_GEOM, HAND_GEOM}:
-            continue
-        mujoco.mj_contactForce(scene.model, data, k, wrench)
+    contact = data.contact
+    bearing = touching(scene, data, OBJECT_GEOM, HAND_GEOM) & (contact.efc_address >= 0)
+    for k in np.flatnonzero(bearing):
+        mujoco.mj_contactForce(scene.model, data, int(k), wrench)
         # Rows of the contact frame are its axes; the force acts from geom 1 on geom 2.
-        force = data.contact.frame[k].reshape(3, 3).T @ wrench[:3]
-        points.append(data.contact.pos[k].copy())
-        forces.append(force if groups[k, 1] == OBJECT_GEOM else -force)
+        force = contact.frame[k].reshape(3, 3).T @ wrench[:3]
+        points.append(contact.pos[k].copy())
+        on_second = scene.geom_group[contact.geom[k, 1]] == OBJECT_GEOM
+        forces.append(force if on_second else -force)
     return np.array(points).reshape(-1, 3), np.array(forces).reshape(-1, 3)
+
+
+def contact_points(
+    data: mujoco.MjData, of_object: np.ndarray
+) -> list[tuple[int, np.ndarray, np.ndarray]]:
+    """Contacts between an object and other geoms, bearing force or not.
+
+    Args:
+        data: of any model, collisions found.
+        of_object: which geoms are the object's (ngeom,) bool.
+
+    Returns:
+        the other geom, point (3,) [m] and unit normal into the object (3,), in the world.
+    """
+    found = []
+    contact = data.contact
+    for k in range(data.ncon):
+        first, second = contact.geom[k]
+        if of_object[first] == of_object[second]:
+            continue
+        part = second if of_object[first] else first
+        normal = contact.frame[k, :3] * (1.0 if part == first else -1.0)
+        found.append((int(part), contact.pos[k].copy(), normal))
+    return found

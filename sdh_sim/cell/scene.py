@@ -1,4 +1,4 @@
-"""The cell as one MuJoCo model: table, arm, hand and object joined by MjSpec, pads made rubber."""
+"""The workcell as a compiled MuJoCo model, and where its parts are in it."""
 
 from __future__ import annotations
 
@@ -7,30 +7,21 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from sdh_sim.model_files import models_dir
-from sdh_sim.objects.catalogue import OBJECT, object_info, object_spec
-from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.arm import ARM, ARM_JOINTS, arm_spec, arm_speed_limit
-from sdh_sim.robot.hand import HAND, MOTOR_NAMES, torque_limits
-from sdh_sim.robot.pads import PAD_OFFSETS
+from sdh_sim.objects import ObjectInfo
 from sdh_sim.settings import TrialSettings
 
-# Impedance d of the pad contacts, constant, and damping ratio of one taxel's contact: with these
-# a held object creeps by micrometres per second.
-PAD_IMPEDANCE = 0.95
-PAD_DAMPING_RATIO = 1.0
-# Time constant of contacts away from the pads and the table: hard, but resolved by the time step.
-HARD_SOLREF = (0.01, 1.0)
-RIGID = 100.0  # factor on the arm's stiffness where it is to be rigid
+OTHER, OBJECT_GEOM, TABLE_GEOM, HAND_GEOM, ARM_GEOM = range(5)
+"""Groups of geoms, as in ``Scene.geom_group``."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A compiled cell and where its parts are.
+    """A compiled workcell and where its parts are.
 
     Attributes:
         model: the compiled model.
         settings: what it was built for.
+        obj: the object in it.
         motors: actuator ids of the hand's motors (7,).
         motor_qpos, motor_dof: addresses of the motor joints (7,).
         coupled_qpos: address of the coupled spread joint.
@@ -38,7 +29,7 @@ class Scene:
         arm_qpos, arm_dof: addresses of the arm's joints (6,).
         arm_speed_limit: [rad/s] (6,).
         palm: body id of the palm, whose frame is the hand frame.
-        object: body id of the object.
+        object_body: body id of the object.
         object_qpos, object_dof: first addresses of its free joint.
         table: geom id of the table top.
         taxel: per geom, index into the flat tactile vector, -1 where it is no taxel (ngeom,).
@@ -47,6 +38,7 @@ class Scene:
 
     model: mujoco.MjModel
     settings: TrialSettings
+    obj: ObjectInfo
     motors: np.ndarray
     motor_qpos: np.ndarray
     motor_dof: np.ndarray
@@ -56,139 +48,9 @@ class Scene:
     arm_dof: np.ndarray
     arm_speed_limit: np.ndarray
     palm: int
-    object: int
+    object_body: int
     object_qpos: int
     object_dof: int
     table: int
     taxel: np.ndarray
     geom_group: np.ndarray
-
-
-OTHER, OBJECT_GEOM, TABLE_GEOM, HAND_GEOM, ARM_GEOM = range(5)
-
-
-def robot_spec() -> mujoco.MjSpec:
-    """Table, arm and hand, without an object."""
-    spec = arm_spec()
-    hand = mujoco.MjSpec.from_file(str(models_dir() / "schunk_sdh2" / "sdh2.xml"))
-    spec.attach(hand, prefix=HAND, site=spec.site(f"{ARM}flange"))
-    for body in spec.bodies:
-        if body.name.startswith((ARM, HAND)):
-            body.gravcomp = 1.0  # the arm's controller knows the weight it carries
-    return spec
-
-
-def build_scene(settings: TrialSettings) -> Scene:
-    """Compile the cell for one object and one set of conditions.
-
-    Raises:
-        SettingsError: no such object.
-    """
-    spec = robot_spec()
-    thing = object_spec(settings.object, settings.folder)
-    spec.attach(thing, prefix=OBJECT, frame=spec.worldbody.add_frame())
-    spec.body(f"{OBJECT}object").add_freejoint(name="free")
-    spec.option.timestep = settings.timestep
-    limits = torque_limits(settings.torque_limit)
-    for name, limit in zip(MOTOR_NAMES, limits, strict=True):
-        spec.actuator(HAND + name).forcerange = [-limit, limit]
-    if settings.arm == "rigid":
-        _stiffen(spec)
-    return _index(spec.compile(), settings)
-
-
-def _stiffen(spec: mujoco.MjSpec) -> None:
-    """Make the arm's servos RIGID times as stiff, without a force limit.
-
-    Inertia and damping grow with the stiffness: the arm then follows its references as before,
-    but nothing that the hand meets can move it.
-    """
-    for name in ARM_JOINTS:
-        joint, motor = spec.joint(ARM + name), spec.actuator(ARM + name)
-        joint.armature *= RIGID
-        motor.gainprm[0] *= RIGID
-        motor.biasprm[1] *= RIGID
-        motor.biasprm[2] *= RIGID
-        motor.forcelimited = mujoco.mjtLimited.mjLIMITED_FALSE
-
-
-def _index(model: mujoco.MjModel, settings: TrialSettings) -> Scene:
-    motors = [model.actuator(HAND + name).id for name in MOTOR_NAMES]
-    joints = [model.joint(HAND + name) for name in MOTOR_NAMES]
-    arm_joints = [model.joint(ARM + name) for name in ARM_JOINTS]
-    thing = model.body(f"{OBJECT}object").id
-    free = model.joint(int(model.body_jntadr[thing]))
-    scene = Scene(
-        model=model,
-        settings=settings,
-        motors=np.array(motors),
-        motor_qpos=np.array([j.qposadr[0] for j in joints]),
-        motor_dof=np.array([j.dofadr[0] for j in joints]),
-        coupled_qpos=int(model.joint(HAND + c.COUPLED_JOINT).qposadr[0]),
-        arm_motors=np.array([model.actuator(ARM + name).id for name in ARM_JOINTS]),
-        arm_qpos=np.array([j.qposadr[0] for j in arm_joints]),
-        arm_dof=np.array([j.dofadr[0] for j in arm_joints]),
-        arm_speed_limit=arm_speed_limit(model),
-        palm=model.body(f"{HAND}palm").id,
-        object=thing,
-        object_qpos=int(free.qposadr[0]),
-        object_dof=int(free.dofadr[0]),
-        table=model.geom("table").id,
-        taxel=taxel_index(model),
-        geom_group=geom_groups(model),
-    )
-    set_contacts(scene)
-    return scene
-
-
-def taxel_index(model: mujoco.MjModel) -> np.ndarray:
-    index = np.full(model.ngeom, -1, dtype=np.int64)
-    for offset, (finger, kind) in zip(PAD_OFFSETS[:-1], c.PADS, strict=True):
-        for row in range(c.TAXEL_ROWS[kind]):
-            for column in range(c.TAXEL_COLUMNS):
-                if c.taxel_is_live(kind, row, column):
-                    geom = model.geom(f"{HAND}{finger}_{kind}_r{row:02d}_c{column}").id
-                    index[geom] = offset + row * c.TAXEL_COLUMNS + column
-    return index
-
-
-def geom_groups(model: mujoco.MjModel) -> np.ndarray:
-    groups = np.zeros(model.ngeom, dtype=np.int64)
-    for geom in range(model.ngeom):
-        body = model.body(int(model.geom_bodyid[geom])).name
-        for prefix, group in ((OBJECT, OBJECT_GEOM), (HAND, HAND_GEOM), (ARM, ARM_GEOM)):
-            if body.startswith(prefix):
-                groups[geom] = group
-    groups[model.geom("table").id] = TABLE_GEOM
-    return groups
-
-
-def taxel_stiffness(settings: TrialSettings) -> float:
-    """Normal stiffness of one taxel's rubber [N/m]: E pitch² / thickness (elastic foundation)."""
-    return settings.pad_modulus * c.TAXEL_PITCH**2 / settings.pad_thickness
-
-
-def set_contacts(scene: Scene) -> None:
-    """Give each taxel its stiffness against this object, and every contact the object's friction.
-
-    A MuJoCo contact with ``solref = (-k, -b)`` and constant impedance d, penetrated by r, carries
-    r k / ((1 - d) A) at rest, where A is the sum of the two bodies' ``invweight0`` (the diagonal
-    of the constraint's inverse inertia as the compiler estimates it). So k = K (1 - d) A carries
-    K r exactly. A depends on the object's mass, hence one scene per object.
-    """
-    model, d = scene.model, PAD_IMPEDANCE
-    stiffness = taxel_stiffness(scene.settings)
-    friction = object_info(scene.settings.object, scene.settings.folder).friction
-    for geom in np.flatnonzero(scene.taxel >= 0):
-        link = model.geom_bodyid[geom]
-        a = model.body_invweight0[link, 0] + model.body_invweight0[scene.object, 0]
-        k = stiffness * (1.0 - d) * a
-        model.geom_solref[geom] = (-k, -2.0 * PAD_DAMPING_RATIO * np.sqrt(k))
-        model.geom_solimp[geom] = (d, d, 0.001, 0.5, 2.0)
-        model.geom_friction[geom, 0] = friction
-    hard = scene.geom_group == OBJECT_GEOM
-    structure = (scene.geom_group == HAND_GEOM) & (scene.taxel < 0)
-    model.geom_solref[hard | structure] = HARD_SOLREF
-    model.geom_friction[structure, 0] = friction
-    # MuJoCo takes the larger friction of two geoms, so the table's own value cannot exceed it.
-    model.geom_friction[scene.table, 0] = min(model.geom_friction[scene.table, 0], friction)

@@ -1,42 +1,49 @@
-"""The running cell: MuJoCo's state, stepped with the torque peaks and the divergence watched."""
+"""A scene in motion: MuJoCo's state, stepped with the torque peaks and divergence watched."""
 
 from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from typing import Protocol
 
 import mujoco
 import numpy as np
 
-from sdh_sim.cell.contacts import taxel_forces
-from sdh_sim.cell.scene import HAND_GEOM, OBJECT_GEOM, TABLE_GEOM, Scene
+from sdh_sim import poses
+from sdh_sim.cell import contacts
+from sdh_sim.cell.scene import HAND_GEOM, OBJECT_GEOM, Scene
 from sdh_sim.errors import Diverged
-from sdh_sim.robot.hand import torque_limits
-from sdh_sim.sensing.tactile_sensor import FRAME_RATE, TactileSensor
-from sdh_sim.trial.trial_log import LogWriter
+from sdh_sim.robot import torque_limits
 
 TICK = 0.01  # control period [s]
 MAX_SPEED = 1e3  # a generalised speed beyond this is a diverged simulation [m/s or rad/s]
 
 
-class Cell:
+class Observer(Protocol):
+    """What looks at a simulation after every tick; it may read everything and change nothing."""
+
+    def after_tick(self, scene: Scene, data: mujoco.MjData, phase: str) -> None:
+        """Look at the state at the end of a tick; ``phase`` names what is going on."""
+        ...
+
+
+class Simulation:
     """A scene in motion.
 
     Attributes:
         scene: the compiled scene.
         data: MuJoCo's state.
+        observers: called after each tick, in this order.
         peak: largest motor torques so far (7,) [N m].
         limits: torque limits of the motors (7,) [N m].
-        phase: name of what is going on, for the log.
+        phase: name of what is going on, for observers.
         tick_time: length of a control period [s].
-        sensor: the tactile arrays while they are watched, fed at their frame rate.
     """
 
-    def __init__(self, scene: Scene, writer: LogWriter | None = None) -> None:
-        self.scene, self.writer = scene, writer
-        self.sensor: TactileSensor | None = None
-        self._next_frame = 0.0
+    def __init__(self, scene: Scene, observers: Iterable[Observer] = ()) -> None:
+        self.scene = scene
+        self.observers = list(observers)
         self.data = mujoco.MjData(scene.model)
         self.steps = max(1, round(TICK / scene.settings.timestep))
         self.tick_time = self.steps * scene.settings.timestep
@@ -74,11 +81,8 @@ class Cell:
             # The norm of a vector with NaN is NaN and fails the comparison too.
             if not (speed.dot(speed) < MAX_SPEED**2 and math.isfinite(acceleration.dot(speed))):
                 raise Diverged
-        if self.sensor is not None and data.time >= self._next_frame:
-            self._next_frame += 1.0 / FRAME_RATE
-            self.sensor.frame(taxel_forces(self.scene, data))
-        if self.writer is not None:
-            self.writer.sample(data, self.phase)
+        for observer in self.observers:
+            observer.after_tick(self.scene, data, self.phase)
 
     def _rise(self, arm: np.ndarray | None, hand: np.ndarray | None) -> np.ndarray:
         """What every reference gains per step on the way to new ones."""
@@ -110,6 +114,15 @@ class Cell:
         mujoco.mj_forward(self.scene.model, self.data)
 
     @contextlib.contextmanager
+    def observed_by(self, observer: Observer) -> Iterator[None]:
+        """Call the observer too within the block, before the others."""
+        self.observers.insert(0, observer)
+        try:
+            yield
+        finally:
+            self.observers.remove(observer)
+
+    @contextlib.contextmanager
     def without_table(self) -> Iterator[None]:
         """The object passes through the table within the block."""
         model, table = self.scene.model, self.scene.table
@@ -124,13 +137,13 @@ class Cell:
     def friction_scaled(self, factor: float) -> Iterator[None]:
         """Friction between hand and object is ``factor`` times the object's within the block."""
         model = self.scene.model
-        touching = np.isin(self.scene.geom_group, (OBJECT_GEOM, HAND_GEOM))
-        before = model.geom_friction[touching, 0].copy()
-        model.geom_friction[touching, 0] = factor * before
+        rubbing = np.isin(self.scene.geom_group, (OBJECT_GEOM, HAND_GEOM))
+        before = model.geom_friction[rubbing, 0].copy()
+        model.geom_friction[rubbing, 0] = factor * before
         try:
             yield
         finally:
-            model.geom_friction[touching, 0] = before
+            model.geom_friction[rubbing, 0] = before
 
     def wait(self, duration: float) -> None:
         """Let time pass [s] with the references as they are."""
@@ -142,34 +155,15 @@ class Cell:
         for k in range(1, round(duration / self.tick_time) + 1):
             self.tick(path(k * self.tick_time / duration))
 
-    def touches(self, first: int, second: int) -> bool:
-        """Whether geoms of two groups are in contact."""
-        groups = np.sort(self.scene.geom_group[self.data.contact.geom], axis=1)
-        return bool((groups == sorted((first, second))).all(axis=1).any())
-
     def on_table(self) -> bool:
         """Whether the object touches the table."""
-        return self.touches(OBJECT_GEOM, TABLE_GEOM)
+        return contacts.object_on_table(self.scene, self.data)
 
-    def hand_touch(self) -> tuple[float, float]:
-        """Normal force between object and hand: on taxels, on all other parts of the hand [N].
-
-        A contact that bears no force counts for nothing.
-        """
-        contact, scene = self.data.contact, self.scene
-        if self.data.ncon == 0:
-            return 0.0, 0.0
-        groups = np.sort(scene.geom_group[contact.geom], axis=1)
-        alive = (groups == (OBJECT_GEOM, HAND_GEOM)).all(axis=1) & (contact.efc_address >= 0)
-        force = self.data.efc_force[contact.efc_address[alive]]
-        sensed = (scene.taxel[contact.geom[alive]] >= 0).any(axis=1)
-        return float(force[sensed].sum()), float(force[~sensed].sum())
+    def hand_force(self) -> tuple[float, float]:
+        """Normal force between object and hand: on taxels, on all other parts of the hand [N]."""
+        return contacts.hand_force(self.scene, self.data)
 
     def object_in_hand(self) -> np.ndarray:
         """Pose of the object in the palm frame, x y z qw qx qy qz (7,)."""
-        data, palm, body = self.data, self.scene.palm, self.scene.object
-        inverse, pose = np.empty(4), np.empty(7)
-        mujoco.mju_negQuat(inverse, data.xquat[palm])
-        mujoco.mju_rotVecQuat(pose[:3], data.xpos[body] - data.xpos[palm], inverse)
-        mujoco.mju_mulQuat(pose[3:], inverse, data.xquat[body])
-        return pose
+        palm = poses.body_pose(self.data, self.scene.palm)
+        return poses.relative(palm, poses.body_pose(self.data, self.scene.object_body))

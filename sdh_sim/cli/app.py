@@ -6,13 +6,18 @@ What needs MuJoCo, rerun or a table is imported by the command that uses it: hel
 from __future__ import annotations
 
 import os
-import shlex
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
+from sdh_sim.cli.lift_request import LiftRequest
+from sdh_sim.cli.options import options_from
+from sdh_sim.errors import CampaignError, RecordError, RunError, SettingsError
+from sdh_sim.run_options import RunOptions
+from sdh_sim.setting_table import settings_of
+from sdh_sim.settings import TrialSettings
 from sdh_sim.thread_limits import limit_threads
 
 app = typer.Typer(
@@ -21,11 +26,6 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
-)
-
-_OPTIONS = (
-    *("object", "trials", "seed", "workers", "rerun", "torque_limit"),
-    *("executor", "scheduler", "metric"),
 )
 
 
@@ -50,193 +50,15 @@ def _root(
 
 
 @app.command()
-def lift(
-    out: Annotated[
-        # Text, since Path("") is the current folder: an empty variable in a script would fill it.
-        str, typer.Option(metavar="FOLDER", help="Folder of the run, for example runs/box.")
-    ],
-    object: Annotated[
-        list[str] | None,
-        typer.Option(
-            help='Object to lift, or the folder of your own; give it again for more, or "all". '
-            "See: sdh-sim objects"
-        ),
-    ] = None,
-    trials: Annotated[
-        int | None, typer.Option(help="Trials per object.", show_default="20")
-    ] = None,
-    seed: Annotated[
-        int | None, typer.Option(help="Seed that decides every trial.", show_default="0")
-    ] = None,
-    workers: Annotated[
-        int | None, typer.Option(help="Worker processes.", show_default="one per core")
-    ] = None,
-    torque_limit: Annotated[
-        tuple[float, float] | None,
-        typer.Option(
-            help="Torque limits [N m]: spread and proximal joints, distal joints.",
-            show_default="1.6401 1.0934",
-        ),
-    ] = None,
-    sensor: Annotated[
-        str | None,
-        typer.Option(help="dsa: as the real arrays read; ideal: the pressure.", show_default="dsa"),
-    ] = None,
-    pads: Annotated[
-        str | None,
-        typer.Option(help="Pads the prediction uses: all or distal.", show_default="all"),
-    ] = None,
-    preset: Annotated[
-        str | None,
-        typer.Option(
-            help="paper: fingertip grasps until each object has the paper's share of stable and "
-            "unstable ones. fast: a time step of 4 ms, to explore."
-        ),
-    ] = None,
-    grasps: Annotated[
-        str | None,
-        typer.Option(help="any, or precision: fingertips alone.", show_default="any"),
-    ] = None,
-    arm: Annotated[
-        str | None, typer.Option(help="servo, or rigid: nothing moves it.", show_default="servo")
-    ] = None,
-    timestep: Annotated[
-        float | None, typer.Option(help="Simulation step [s].", show_default="0.002")
-    ] = None,
-    pad_modulus: Annotated[
-        float | None, typer.Option(help="Young's modulus of the pads [Pa].", show_default="1e6")
-    ] = None,
-    load_test: Annotated[
-        str | None,
-        typer.Option(
-            help="Load each grasp until it gives way: gravity (column q_sim), or directions "
-            "for forces and moments along the hand's axes too.",
-            show_default="none",
-        ),
-    ] = None,
-    disturbance: Annotated[
-        str | None,
-        typer.Option(
-            help="After the lift turn the wrist 120 degrees either way, or shake the hand.",
-            show_default="none",
-        ),
-    ] = None,
-    repeats: Annotated[
-        int | None,
-        typer.Option(
-            help="Perturbed copies of each trial, for a probability of success.", show_default="0"
-        ),
-    ] = None,
-    repeat_position: Annotated[
-        float | None, typer.Option(help="Their position noise [m].", show_default="0.002")
-    ] = None,
-    repeat_angle: Annotated[
-        float | None, typer.Option(help="Their roll noise [rad].", show_default="0.02")
-    ] = None,
-    repeat_friction: Annotated[
-        float | None, typer.Option(help="Their relative friction noise.", show_default="0.05")
-    ] = None,
-    position_error: Annotated[
-        float | None,
-        typer.Option(help="Error of the object's tracked position [m].", show_default="0"),
-    ] = None,
-    angle_error: Annotated[
-        float | None,
-        typer.Option(help="Error of its tracked rotation [rad].", show_default="0"),
-    ] = None,
-    friction_error: Annotated[
-        float | None,
-        typer.Option(help="Relative error of the friction assumed.", show_default="0"),
-    ] = None,
-    mass_error: Annotated[
-        float | None, typer.Option(help="Relative error of the mass assumed.", show_default="0")
-    ] = None,
-    metric: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Metric of your own: module:function, file.py:function or an installed entry "
-            "point; give it again for more."
-        ),
-    ] = None,
-    rerun: Annotated[
-        str | None,
-        typer.Option(
-            help="Trials that leave a rerun recording: all, failures or none.", show_default="none"
-        ),
-    ] = None,
-    resume: Annotated[
-        bool,
-        typer.Option(
-            "--resume",
-            help="Continue the run in --out with its own settings; --trials may be raised.",
-        ),
-    ] = False,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace the run in --out.")
-    ] = False,
-    retry_errors: Annotated[
-        bool,
-        typer.Option("--retry-errors", help="With --resume: run trials again that ended as error."),
-    ] = False,
-    executor: Annotated[
-        str | None,
-        typer.Option(
-            help="What runs the trials: processes or dask (see also --scheduler).",
-            show_default="processes",
-        ),
-    ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(
-            help="Address or scheduler file of a running Dask cluster.",
-            show_default="a cluster on this machine",
-        ),
-    ] = None,
-) -> None:
+@options_from(LiftRequest, TrialSettings, RunOptions)
+def lift(**given: Any) -> None:
     """Run random grasp-and-lift trials.
 
     FOLDER/trials.parquet gets one row per trial, FOLDER/run.json what it takes to repeat them.
     """
     from sdh_sim.cli import lift as cli_lift
 
-    asked = {
-        "torque_limit": torque_limit,
-        "sensor": sensor,
-        "pads": pads,
-        "grasps": grasps,
-        "arm": arm,
-        "timestep": timestep,
-        "pad_modulus": pad_modulus,
-        "load_test": load_test,
-        "disturbance": disturbance,
-        "repeats": repeats,
-        "repeat_position": repeat_position,
-        "repeat_angle": repeat_angle,
-        "repeat_friction": repeat_friction,
-        "position_error": position_error,
-        "angle_error": angle_error,
-        "friction_error": friction_error,
-        "mass_error": mass_error,
-    }
-    cli_lift.lift_preset(
-        preset,
-        out,
-        cli_lift.Asked(
-            objects=tuple(object or ()),
-            trials=trials,
-            seed=seed,
-            settings={name: value for name, value in asked.items() if value is not None},
-            metrics=tuple(metric or ()),
-        ),
-        workers=workers,
-        rerun=rerun,
-        resume=resume,
-        overwrite=overwrite,
-        retry_errors=retry_errors,
-        executor=executor,
-        scheduler=scheduler,
-        command=shlex.join(["sdh-sim", *sys.argv[1:]]),
-    )
+    cli_lift.lift(LiftRequest.from_command_line(given))
 
 
 @app.command()
@@ -335,6 +157,14 @@ def hand() -> None:
     cli_lists.hand()
 
 
+_OPTION_OF = {
+    name: line.flag
+    for table in (TrialSettings, RunOptions, LiftRequest)
+    for name, line in settings_of(table).items()
+    if line.option
+}
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line.
 
@@ -350,7 +180,7 @@ def main(arguments: list[str] | None = None) -> int:
         status = app(args=arguments, prog_name="sdh-sim", standalone_mode=False)
         sys.stdout.flush()
         return status if isinstance(status, int) else 0
-    except BrokenPipeError:  # the reader (head, less) left: not an error of ours
+    except BrokenPipeError:  # the reader (head, less) has ended: no error
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except KeyboardInterrupt:
@@ -360,7 +190,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _explain(error: Exception) -> int:
-    """One line for what the user can mend; anything else is a fault of ours and is raised."""
+    """One line for what the user can correct; anything else is a bug and is raised."""
     if type(error).__name__ == "Abort":  # how older typer passes on Ctrl-C
         return _say("interrupted", 130)
     if type(error).__name__ == "NoArgsIsHelpError":
@@ -370,18 +200,13 @@ def _explain(error: Exception) -> int:
     if message is not None:  # typer's own: an unknown option, a word where a number belongs
         return _say(f"{message()} (sdh-sim --help lists the commands and options)", 2)
 
-    from sdh_sim.errors import CampaignError, RunError, SettingsError
-    from sdh_sim.records.schema import RecordError
-    from sdh_sim.settings import CHOICES, RANGES
-
     if isinstance(error, CampaignError):
         if error.details and os.environ.get("SDH_SIM_TRACEBACK"):
             print(error.details, file=sys.stderr)
         return _say(str(error), error.status)
     if isinstance(error, SettingsError):
         name, colon, rest = str(error).partition(":")
-        option = "--" + name.replace("_", "-") if name in (*_OPTIONS, *CHOICES, *RANGES) else name
-        return _say(option + colon + rest, 2)
+        return _say(_OPTION_OF.get(name, name) + colon + rest, 2)
     if isinstance(error, (RunError, RecordError)):
         return _say(str(error), 2)
     if isinstance(error, OSError):
@@ -393,7 +218,3 @@ def _explain(error: Exception) -> int:
 def _say(message: str, status: int) -> int:
     print("sdh-sim: " + " ".join(message.split()), file=sys.stderr)
     return status
-
-
-if __name__ == "__main__":
-    sys.exit(main())

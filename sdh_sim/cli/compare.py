@@ -13,13 +13,13 @@ from rich.table import Table
 from sdh_sim.analysis import comparison as statistics
 from sdh_sim.analysis import trial_tables
 from sdh_sim.analysis.comparison import ALL_METRICS, METRICS, Comparison, name_of
-from sdh_sim.analysis.proportion import Rate
+from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.analysis.study import EVERY, Study, read_study
 from sdh_sim.atomic_files import write_atomic
 from sdh_sim.cli.console import output, plain_table
 from sdh_sim.errors import RunError
-from sdh_sim.records.user_columns import is_metric
-from sdh_sim.runs.folder import RunFolder
+from sdh_sim.records import is_metric
+from sdh_sim.runs import RunFolder
 
 DASH = "-"
 REPORT = "report"  # folder inside a run's own
@@ -57,7 +57,7 @@ def compare(
             # Trials of a run that goes on, or was killed, are not all in its table yet.
             tables.append(RunFolder(run).whole_table(folder) if run.is_dir() else place)
         study = read_study(tables, ALL_METRICS if every else METRICS)
-    if not study.tables:
+    if not study.read:
         raise RunError(f"{runs[0]} holds no finished trial yet; continue it with --resume first")
     if csv is not None:
         write_csv(study.comparisons, csv)
@@ -75,7 +75,7 @@ def _report(study: Study, runs: Sequence[Path], folder: Path | None) -> str:
         if len(runs) > 1 or not runs[0].is_dir():
             return "No report: it has no place of its own here; give --report FOLDER."
         folder = runs[0] / REPORT
-    from sdh_sim.report.report import write_report  # matplotlib takes its time
+    from sdh_sim.report import write_report  # matplotlib takes its time
 
     names = ", ".join(run.resolve().name for run in runs)
     counted = sum(c.n for c in study.comparisons if c.group == study.main) // len(study.metrics)
@@ -171,7 +171,7 @@ def metric_table(study: Study) -> Table:
     return table
 
 
-def _percent(rate: Rate) -> str:
+def _percent(rate: Proportion) -> str:
     if rate.value is None or rate.interval is None:
         return DASH
     low, high = rate.interval

@@ -6,10 +6,12 @@ from pathlib import Path
 
 from sdh_sim.cli.compare import compare
 from sdh_sim.cli.console import errors, output
-from sdh_sim.cli.lift import Asked, lift
+from sdh_sim.cli.lift import lift
+from sdh_sim.cli.lift_request import LiftRequest
 from sdh_sim.cli.show import show
 from sdh_sim.errors import RenderError
-from sdh_sim.runs.folder import RunFolder
+from sdh_sim.run_options import RunOptions, default_workers
+from sdh_sim.runs import RunFolder
 
 TRIALS, SEED = 8, 0
 
@@ -27,9 +29,13 @@ def run_demo(out: Path) -> None:
     """
     run = out / "run"
     folder = RunFolder(run)
-    command = f"sdh-sim demo --out {out}"
+    options = RunOptions(
+        workers=default_workers(),
+        overwrite=folder.holds_run(),
+        command=f"sdh-sim demo --out {out}",
+    )
     errors().print("the first run here compiles the metrics: about a minute", soft_wrap=True)
-    lift(run, Asked(("all",), TRIALS, SEED, {}), overwrite=folder.holds_run(), command=command)
+    lift(LiftRequest(str(run), ("all",), TRIALS, SEED, options=options))
     compare([run])
     rows = folder.read_rows(folder.read_plan())
     held = [trial for trial, row in sorted(rows.items()) if row["success"]]

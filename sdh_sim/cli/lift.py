@@ -5,9 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from rich.progress import (
@@ -20,83 +18,78 @@ from rich.progress import (
 )
 from rich.table import Table
 
-from sdh_sim.campaign import paper_preset as preset
-from sdh_sim.campaign.campaign import OnTrial, default_workers, run_campaign
-from sdh_sim.campaign.session import RunResult
+from sdh_sim.campaign import RunResult, paper_preset, run_campaign
+from sdh_sim.campaign.campaign import OnStart, OnTrial
+from sdh_sim.campaign.paper_preset import Share
 from sdh_sim.cli.console import errors, output, plain_table
+from sdh_sim.cli.lift_request import SEED, TRIALS, LiftRequest
 from sdh_sim.errors import SettingsError
-from sdh_sim.metrics.user_metrics import fault_lines, find_metrics
-from sdh_sim.objects.catalogue import find_objects, object_names
-from sdh_sim.records.parquet_files import read_rows, read_table, write_rows
-from sdh_sim.records.rows import Row
-from sdh_sim.records.schema import FAILURES
-from sdh_sim.records.user_columns import METRIC_ERROR, added_columns
-from sdh_sim.runs.folder import RunFolder
-from sdh_sim.runs.plan import RunPlan
+from sdh_sim.metrics import fault_lines, find_metrics
+from sdh_sim.objects import find_objects, object_names
+from sdh_sim.records import FAILURES, METRIC_ERROR, TrialRow, read_table
+from sdh_sim.runs import RunFolder, RunPlan
 from sdh_sim.settings import TrialSettings
 
-TRIALS = 20
-SEED = 0
-_OUTCOME = ("object", "success", "failure")
 
-
-@dataclass(frozen=True)
-class Asked:
-    """What the command line gave; what it left out is empty or None.
-
-    Attributes:
-        objects: names, "all", or paths of folders.
-        trials: trials per object.
-        seed: seed of the run.
-        settings: fields of TrialSettings.
-        metrics: users' metrics: module:function, file.py:function or an entry point.
-    """
-
-    objects: tuple[str, ...]
-    trials: int | None
-    seed: int | None
-    settings: Mapping[str, Any]
-    metrics: tuple[str, ...] = ()
-
-
-def lift(
-    out: str | Path,
-    asked: Asked,
-    *,
-    workers: int | None = None,
-    rerun: str | None = None,
-    resume: bool = False,
-    overwrite: bool = False,
-    retry_errors: bool = False,
-    executor: str | None = None,
-    scheduler: str | None = None,
-    command: str = "",
-) -> None:
+def lift(request: LiftRequest) -> None:
     """Run the trials asked for with a progress bar, then print what came out."""
-    folder = RunFolder(out)
-    stored = folder.read_plan() if resume and folder.holds_run() else None
-    plan = make_plan(asked, stored)
+    if request.preset == "paper":
+        lift_paper(request)
+        return
+    if request.preset == "fast":
+        request = with_settings(request, paper_preset.FAST_SETTINGS)
+    lift_round(request)
+
+
+def lift_paper(request: LiftRequest) -> None:
+    """Run trials until the paper's shares of stable and unstable grasps are full.
+
+    Raises:
+        SettingsError: objects or trials were given too, or a share cannot be filled.
+    """
+    if request.object or request.trials is not None:
+        raise SettingsError("--preset paper decides objects and trials itself; leave both out")
+    request = with_settings(request, paper_preset.PAPER_SETTINGS)
+    request = dataclasses.replace(request, object=tuple(paper_preset.PAPER_SHARES))
+
+    def run_round(trials: int, resume: bool) -> None:
+        overwrite = request.options.overwrite and not resume
+        options = dataclasses.replace(request.options, resume=resume, overwrite=overwrite)
+        lift_round(dataclasses.replace(request, trials=trials, options=options))
+
+    def on_round(found: Mapping[str, Share], trials: int) -> None:
+        errors().print(f"{_state_of(found)}: on to {trials} trials of each", soft_wrap=True)
+
+    folder = RunFolder(request.out)
+    found = paper_preset.fill_shares(folder, request.options.resume, run_round, on_round)
+    output().print(_state_of(found), soft_wrap=True)
+    paper_preset.check_full(found)
+
+
+def with_settings(request: LiftRequest, preset: Mapping[str, Any]) -> LiftRequest:
+    """The request with a preset's settings where it gives none of its own."""
+    return dataclasses.replace(request, settings={**preset, **request.settings})
+
+
+def _state_of(found: Mapping[str, Share]) -> str:
+    parts = (f"{n} {s.stable} held, {s.unstable} not (of {s.wanted})" for n, s in found.items())
+    return "shares: " + "; ".join(parts)
+
+
+def lift_round(request: LiftRequest) -> None:
+    """Run one plan, whatever the preset."""
+    folder = RunFolder(request.out)
+    stored = folder.read_plan() if request.options.resume and folder.holds_run() else None
+    plan = make_plan(request, stored)
     if stored is not None and plan.trials > stored.trials and len(plan.objects) > 1:
         errors().print(
             f"note: trial numbers move, each object now has {plan.trials} in a row (it had "
             f"{stored.trials})",
             soft_wrap=True,
         )
+    options = dataclasses.asdict(request.options)
     with _progress(plan) as (on_start, on_trial):
-        result = run_campaign(
-            plan,
-            out,
-            default_workers() if workers is None else workers,
-            resume=resume,
-            overwrite=overwrite,
-            retry_errors=retry_errors,
-            rerun=rerun or "none",
-            executor=executor or "processes",
-            scheduler=scheduler,
-            on_start=on_start,
-            on_trial=on_trial,
-            command=command,
-        )
+        result = run_campaign(plan, request.out, **options, on_start=on_start, on_trial=on_trial)
     output().print(summary(plan.objects, result))
     output().print(f"table: {folder.table}", soft_wrap=True, markup=False, highlight=False)
     if plan.settings.metrics:
@@ -112,90 +105,34 @@ def lift(
         )
 
 
-def lift_preset(name: str | None, out: str | Path, asked: Asked, **options: Any) -> None:
-    """``lift`` with a preset's settings below the ones asked for; None is plain ``lift``."""
-    if name is None:
-        lift(out, asked, **options)
-    elif name == "paper":
-        lift_paper(out, asked, **options)
-    elif name == "fast":
-        settings = {**preset.FAST_SETTINGS, **asked.settings}
-        lift(out, dataclasses.replace(asked, settings=settings), **options)
-    else:
-        raise SettingsError(f"preset: got {name!r}; choose one of paper, fast")
-
-
-def lift_paper(out: str | Path, asked: Asked, **options: Any) -> None:
-    """Run trials until the paper's shares of stable and unstable grasps are full.
-
-    Args:
-        out: folder of the run.
-        asked: seed and settings, on top of the preset's; objects and trials are the paper's.
-        options: as for ``lift``.
-
-    Raises:
-        SettingsError: objects or trials were given too, or a share cannot be filled.
-    """
-    if asked.objects or asked.trials is not None:
-        raise SettingsError("--preset paper decides objects and trials itself; leave both out")
-    folder = RunFolder(out)
-    trials = preset.FIRST
-    if options.get("resume") and folder.holds_run():
-        trials = max(trials, folder.read_plan().trials)
-    settings = {**preset.PAPER_SETTINGS, **asked.settings}
-    while True:
-        names = tuple(preset.PAPER_SHARES)
-        lift(
-            out,
-            dataclasses.replace(asked, objects=names, trials=trials, settings=settings),
-            **options,
-        )
-        options = {**options, "resume": True, "overwrite": False}
-        found = preset.shares(read_table(folder.table, _OUTCOME).to_pylist())
-        needed = preset.trials_needed(found, trials)
-        if needed == trials:
-            break
-        errors().print(f"{_state_of(found)}: on to {needed} trials of each", soft_wrap=True)
-        trials = needed
-    added = added_columns(folder.read_plan().settings.metrics)
-    write_rows(preset.mark_surplus(read_rows(folder.table)), folder.table, added)
-    output().print(_state_of(found), soft_wrap=True)
-    short = [name for name, share in found.items() if not share.full]
-    if short:
-        raise SettingsError(
-            f"preset: {', '.join(short)} cannot fill the paper's share in {preset.MOST} trials; "
-            "all that ran is kept; try other settings"
-        )
-
-
-def _state_of(found: Mapping[str, preset.Share]) -> str:
-    parts = (f"{n} {s.stable} held, {s.unstable} not (of {s.wanted})" for n, s in found.items())
-    return "shares: " + "; ".join(parts)
-
-
-def make_plan(asked: Asked, stored: RunPlan | None) -> RunPlan:
-    """The plan of the options; what they leave out is the stored plan's, or the default."""
-    if not asked.objects and stored is None:
+def make_plan(request: LiftRequest, stored: RunPlan | None) -> RunPlan:
+    """The plan of the request; what it leaves out is the stored plan's, or the default."""
+    if not request.object and stored is None:
         raise SettingsError(
             f"object: missing; give one of {', '.join(object_names())}, or all, or the path of a "
             "folder with an object of your own"
         )
     before = {} if stored is None else stored.folders
-    objects = asked.objects or (() if stored is None else stored.objects)
+    objects = request.object or (() if stored is None else stored.objects)
     names, folders = find_objects(objects, before)
-    metrics = find_metrics(asked.metrics, () if stored is None else stored.settings.metrics)
-    given = {"object": names[0], "metrics": metrics, **asked.settings}
+    metrics = find_metrics(request.metric, () if stored is None else stored.settings.metrics)
+    given = {"object": names[0], "metrics": metrics, **request.settings}
     if stored is None:
-        settings = TrialSettings(**given)
+        settings, trials, seed = TrialSettings(**given), TRIALS, SEED
     else:
         settings = dataclasses.replace(stored.settings, **given)
-    trials = asked.trials if asked.trials is not None else (stored.trials if stored else TRIALS)
-    seed = asked.seed if asked.seed is not None else (stored.seed if stored else SEED)
-    return RunPlan(names, settings, trials, seed, folders)
+        trials, seed = stored.trials, stored.seed
+    return RunPlan(
+        names,
+        settings,
+        trials if request.trials is None else request.trials,
+        seed if request.seed is None else request.seed,
+        folders,
+    )
 
 
 @contextlib.contextmanager
-def _progress(plan: RunPlan) -> Iterator[tuple[Callable[[RunResult], None], OnTrial]]:
+def _progress(plan: RunPlan) -> Iterator[tuple[OnStart, OnTrial]]:
     """A bar on a terminal, a line at every tenth of the run elsewhere; both on stderr.
 
     Yields what takes the count of earlier sessions and what takes each new row.
@@ -209,7 +146,7 @@ def _progress(plan: RunPlan) -> Iterator[tuple[Callable[[RunResult], None], OnTr
 
     if not console.is_terminal:
 
-        def count(row: Row) -> None:
+        def count(row: TrialRow) -> None:
             done[row["success"]] += 1
             total = done.total()
             if total * 10 // plan.total > (total - 1) * 10 // plan.total:
@@ -230,7 +167,7 @@ def _progress(plan: RunPlan) -> Iterator[tuple[Callable[[RunResult], None], OnTr
     with bar:
         task = bar.add_task("trials", total=plan.total, succeeded=0)
 
-        def advance(row: Row) -> None:
+        def advance(row: TrialRow) -> None:
             done[row["success"]] += 1
             bar.update(task, completed=done.total(), succeeded=done[True])
 

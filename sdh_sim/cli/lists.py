@@ -13,10 +13,10 @@ def objects(folders: Sequence[str] = ()) -> None:
     Raises:
         SettingsError: a folder that cannot be used.
     """
-    from sdh_sim.objects.catalogue import object_info, object_names, user_object
+    from sdh_sim.objects import object_info, object_names, user_object
 
-    things = [user_object(path) for path in folders]
-    infos = [object_info(thing.name, thing.reference) for thing in things]
+    users = [user_object(path) for path in folders]
+    infos = [object_info(own.name, own.reference) for own in users]
     table = plain_table("object", "mass kg", "friction", "extents mm", "centre of mass mm")
     for info in infos or [object_info(name) for name in object_names()]:
         table.add_row(
@@ -27,22 +27,21 @@ def objects(folders: Sequence[str] = ()) -> None:
             ", ".join(_millimetres(info.com_m, digits=2)),
         )
     output().print(table)
-    for thing, info in zip(things, infos, strict=True):
+    for own, info in zip(users, infos, strict=True):
         line = (
-            f"{info.name}: {thing.file}, {thing.parts} collision shape{'s'[: thing.parts > 1]}"
-            + ("" if thing.hull_ratio is None else f", hulls {thing.hull_ratio:.3f} × its volume")
+            f"{info.name}: {own.file}, {own.parts} collision shape{'s'[: own.parts > 1]}"
+            + ("" if own.hull_ratio is None else f", hulls {own.hull_ratio:.3f} × its volume")
             + f"; stands {1e3 * info.height:.1f} mm high, "
             f"{2e3 * info.half_narrow:.1f} × {2e3 * info.half_wide:.1f} mm wide; moments of "
             f"inertia {' '.join(f'{v:.3g}' for v in info.inertia_kgm2.diagonal())} kg m²; "
-            f"sha256 {thing.reference.sha256[:12]}"
+            f"sha256 {own.reference.sha256[:12]}"
         )
         output().print(line, markup=False, soft_wrap=True, highlight=False)
 
 
 def hand() -> None:
     """Print the joints with their limits and the tactile pads."""
-    from sdh_sim.robot.hand import joint_table
-    from sdh_sim.robot.pads import pad_table
+    from sdh_sim.robot import joint_table, pad_table
 
     joints = plain_table("joint", "motor", "torque N m", "range rad", "speed rad/s", text=(0, 1))
     for name, motor, torque, reach, speed in joint_table():

@@ -10,7 +10,7 @@ import numpy as np
 
 from sdh_sim.cli.show import check_writable, repeat, stored_jobs, write
 from sdh_sim.errors import RenderError, RunError
-from sdh_sim.runs.folder import RunFolder
+from sdh_sim.runs import RunFolder
 
 LEAST, MOST = 64, 4096  # pixels of a side
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY")
@@ -64,7 +64,7 @@ def view(name: str, seed: int) -> None:
         RunError: no screen.
         SettingsError: no such object, or a seed out of range.
     """
-    from sdh_sim.objects.catalogue import find_objects
+    from sdh_sim.objects import find_objects
     from sdh_sim.settings import TrialSettings
 
     if seed < 0:
@@ -80,7 +80,8 @@ def view(name: str, seed: int) -> None:
         )
     import mujoco.viewer
 
-    from sdh_sim.trial.trial import cell_before_grasp
+    from sdh_sim.trial import Trial
 
-    cell = cell_before_grasp(settings, seed)
-    mujoco.viewer.launch(cell.scene.model, cell.data)
+    trial = Trial(settings, seed)
+    trial.place()
+    mujoco.viewer.launch(trial.scene.model, trial.simulation.data)

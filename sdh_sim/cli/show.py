@@ -7,12 +7,10 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from sdh_sim import records
 from sdh_sim.cli.console import errors, output
 from sdh_sim.errors import RenderError, RunError
-from sdh_sim.records.user_columns import is_added
-from sdh_sim.runs.environment import versions
-from sdh_sim.runs.folder import RunFolder
+from sdh_sim.records import TrialRow, differing_columns, is_added, normalise
+from sdh_sim.runs import RunFolder, versions
 
 
 def show(
@@ -66,7 +64,7 @@ def _keeping(logs: Iterable[Any], kept: list[Any]) -> Iterator[Any]:
         yield log
 
 
-def stored_jobs(folder: RunFolder, trials: Sequence[int]) -> list[tuple[Any, records.Row]]:
+def stored_jobs(folder: RunFolder, trials: Sequence[int]) -> list[tuple[Any, TrialRow]]:
     """The jobs of trials that have run, each once, with their rows of the table.
 
     Raises:
@@ -84,16 +82,16 @@ def stored_jobs(folder: RunFolder, trials: Sequence[int]) -> list[tuple[Any, rec
     return [(job, rows[job.trial]) for job in jobs]
 
 
-def repeat(folder: RunFolder, job: Any, stored: records.Row) -> Any:
+def repeat(folder: RunFolder, job: Any, stored: TrialRow) -> Any:
     """Run a stored trial again, print its verdict, and warn where it differs; its log."""
-    from sdh_sim.trial.trial import run_trial
+    from sdh_sim.trial import run_trial
 
     # Users' metrics are not evaluated again: code that a run's folder names is not run unasked.
     result = run_trial(dataclasses.replace(job.settings, metrics=()), job.seed, log=True)
-    row = records.normalise({**result.row, "trial": job.trial})
+    row = normalise({**result.row, "trial": job.trial})
     row["surplus"] = stored["surplus"]  # known to the run, not to the trial
-    row |= {name: value for name, value in stored.items() if is_added(name)}
-    if differing := records.differing_columns(row, stored):
+    row.update({name: value for name, value in stored.items() if is_added(name)})
+    if differing := differing_columns(row, stored):
         _warn(folder, differing)
     output().print(verdict(row), markup=False, soft_wrap=True)
     return result.log
@@ -143,7 +141,7 @@ def _changed_versions(folder: RunFolder) -> list[str]:
     return [f"{k} {then[k]} is now {now[k]}" for k in now if then.get(k, now[k]) != now[k]]
 
 
-def verdict(row: records.Row) -> str:
+def verdict(row: TrialRow) -> str:
     """One line: what happened and what was predicted."""
     outcome = "held" if row["success"] else row["failure"]
     return (

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from sdh_sim.cell.simulation import Cell
+from sdh_sim.cell import Simulation
 from sdh_sim.grasping.finger_control import FingerControl
-from sdh_sim.grasping.motion_plan import Course, place
-from sdh_sim.objects.catalogue import ObjectInfo
-from sdh_sim.robot.arm import along, arm_kinematics
+from sdh_sim.grasping.motion_plan import MotionPlan, place
+from sdh_sim.robot import along, arm_kinematics
 
 APPROACH_TIME, CLOSE_TIME, SQUEEZE_TIME = 0.8, 2.2, 2.0  # the last two at most [s]
 QUIET_TIME = 0.1  # that long at rest ends the squeeze [s]
@@ -16,40 +15,55 @@ REST_TIME = 0.5  # [s]
 REST_SPEED, REST_SPIN = 1e-3, 1e-2  # object at rest below these [m/s], [rad/s]
 
 
-def acquire(cell: Cell, thing: ObjectInfo, course: Course) -> None:
-    """Grasp the object; the cell ends at rest, ready for the snapshot.
+def acquire(simulation: Simulation, motion: MotionPlan) -> None:
+    """Grasp the object; the simulation ends at rest, ready for the snapshot.
+
+    Args:
+        simulation: of the scene, in any state: it is set to the start of the approach.
+        motion: with the grasp.
 
     Raises:
         Diverged: the simulation did.
     """
-    scene, data = cell.scene, cell.data
-    place(scene, data, thing, course.plan, course.approach[0], course.opening)
-    duration = arm_kinematics().duration(course.approach, APPROACH_TIME)
-    cell.phase = "approach"
-    cell.follow(lambda share: along(course.approach, share), duration)
-    cell.wait(0.1)
+    scene, data = simulation.scene, simulation.data
+    place(scene, data, motion.grasp, motion.approach[0], motion.opening)
+    duration = arm_kinematics().duration(motion.approach, APPROACH_TIME)
+    simulation.phase = "approach"
+    simulation.follow(lambda share: along(motion.approach, share), duration)
+    simulation.wait(0.1)
     fingers = FingerControl(
-        course.plan.preshape,
-        course.opening,
-        cell.limits,
+        motion.grasp.preshape,
+        motion.opening,
+        simulation.limits,
         scene.model.actuator_gainprm[scene.motors, 0],
         scene.model.dof_damping[scene.motor_dof],
     )
-    cell.phase = "close"
-    for _ in range(round(CLOSE_TIME / cell.tick_time)):
-        torques = data.actuator_force[scene.motors]
-        cell.tick(hand=fingers.close(torques, cell.tick_time))
+    _close(simulation, fingers)
+    _squeeze(simulation, fingers)
+    simulation.phase = "rest"
+    simulation.wait(REST_TIME)
+
+
+def _close(simulation: Simulation, fingers: FingerControl) -> None:
+    """Close until every finger is stopped by the object, closed fully, or time is up."""
+    simulation.phase = "close"
+    torque, motors = simulation.data.actuator_force, simulation.scene.motors
+    for _ in range(round(CLOSE_TIME / simulation.tick_time)):
+        simulation.tick(hand=fingers.close(torque[motors], simulation.tick_time))
         if fingers.closed:
-            break
-    cell.phase = "squeeze"
-    quiet = 0.0
-    for _ in range(round(SQUEEZE_TIME / cell.tick_time)):
+            return
+
+
+def _squeeze(simulation: Simulation, fingers: FingerControl) -> None:
+    """Build up the grip, until it is complete and the object at rest, or time is up."""
+    simulation.phase = "squeeze"
+    scene, data = simulation.scene, simulation.data
+    at_rest = 0.0  # for so long [s]
+    for _ in range(round(SQUEEZE_TIME / simulation.tick_time)):
         angles = data.qpos[scene.motor_qpos]
-        cell.tick(hand=fingers.squeeze(angles, cell.tick_time))
+        simulation.tick(hand=fingers.squeeze(angles, simulation.tick_time))
         speed = data.qvel[scene.object_dof : scene.object_dof + 6]
         still = np.linalg.norm(speed[:3]) < REST_SPEED and np.linalg.norm(speed[3:]) < REST_SPIN
-        quiet = quiet + cell.tick_time if still else 0.0
-        if quiet > QUIET_TIME and fingers.settled:
-            break
-    cell.phase = "rest"
-    cell.wait(REST_TIME)
+        at_rest = at_rest + simulation.tick_time if still else 0.0
+        if at_rest > QUIET_TIME and fingers.settled:
+            return

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
+from sdh_sim.robot import preshape_angles
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.hand import MOTOR_FINGER, preshape_angles
+from sdh_sim.robot.hand import MOTOR_FINGER
 
 CLOSING_RATE = 0.6  # closing ratio per second: about 50 deg/s, a quarter of the top speed
 STALL_SHARE = 0.2  # of its torque limit at which a motor counts as stopped by the object
-# No motor counts as stopped below three times the torque that moving freely takes (it takes twice
-# that to set off), or most of a limit too low for that: weak motors must get to the object at all.
+# No motor counts as stopped below three times the torque of moving freely (to start moving takes
+# twice that), or most of its limit where that is less: weak motors must reach the object.
 OVER_FREE, NEAR_LIMIT = 3.0, 0.9
 SQUEEZE_TIME = 0.6  # [s] over which the grip is built up
-# Torque that the squeezing reference asks of a motor the object does not let move, over its limit:
-# just enough to saturate it. Far more would let the two fingers, together stronger than the thumb,
-# push it back a long way before they balance.
+# Torque that the squeezing reference asks of a motor that the object holds still, over its limit:
+# just enough to saturate it. With far more, the two fingers, together stronger than the thumb,
+# would push it back a long way before the forces balance.
 SQUEEZE_DEMAND = 1.25
 # Preshapes whose distal joints close as well; in the others they open while the finger closes,
 # keeping the pad upright, and hold while the proximal joint squeezes.
@@ -49,8 +50,8 @@ class FingerControl:
         self.stalled = np.zeros(3, dtype=bool)
         self.reference = preshape_angles(preshape, self.ratio)
         flexion = np.array([m.kind != "spread" for m in c.MOTORS])
-        way = np.abs(preshape_angles(preshape, 1.0) - preshape_angles(preshape, 0.0))
-        least = np.minimum(OVER_FREE * damping * way * CLOSING_RATE, NEAR_LIMIT * torque_limits)
+        closing = np.abs(preshape_angles(preshape, 1.0) - preshape_angles(preshape, 0.0))
+        least = np.minimum(OVER_FREE * damping * closing * CLOSING_RATE, NEAR_LIMIT * torque_limits)
         self._stall = np.where(flexion, np.maximum(STALL_SHARE * torque_limits, least), np.inf)
         self._load = np.zeros(len(c.MOTORS))  # torques over the stall torques, at the last tick
         self._advance = np.zeros(3)  # of the closing ratios in the last tick
@@ -74,12 +75,15 @@ class FingerControl:
     def close(self, torques: np.ndarray, dt: float) -> np.ndarray:
         """One tick of closing: advance the fingers that nothing stops.
 
-        A finger goes back to where it was as its torque crossed the stall torque, somewhere
-        within the last tick: a grasp must not depend on when the controller happens to look.
+        A finger goes back to where it was as its torque crossed the stall torque, at some time
+        within the last tick: a grasp must not depend on when the ticks are.
 
         Args:
             torques: motor torques now (7,) [N m].
             dt: length of the tick [s].
+
+        Returns:
+            servo references (7,) [rad].
         """
         load = np.abs(torques) / self._stall
         for f in np.flatnonzero(~self.stalled):
@@ -100,8 +104,11 @@ class FingerControl:
         """One tick of squeezing: move the references beyond where the object holds the fingers.
 
         Args:
-            angles: motor angles now (7,) [rad]; those of the first call are where it starts.
+            angles: motor angles now (7,) [rad]; the squeeze starts at those of the first call.
             dt: length of the tick [s].
+
+        Returns:
+            servo references (7,) [rad].
         """
         if self._grip is None:
             self._grip = np.where(self._push > 0.0, angles, self.reference)

@@ -1,4 +1,4 @@
-"""Random grasps: where the hand goes, in which preshape, and what error it makes."""
+"""Random grasps: pose of the hand, preshape, and the error of its position."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sdh_sim.objects.catalogue import ObjectInfo
-from sdh_sim.objects.facts import DEFAULT_SPREAD, Spread
+from sdh_sim.objects import DEFAULT_SPREAD, ObjectInfo, Spread
 from sdh_sim.robot.sdh2_constants import PRESHAPES
 
 OBJECT_POSITION = (0.56, 0.0)  # where the object stands on the table [m]
@@ -27,15 +26,16 @@ DEPTH = {"parallel": (0.175, 0.235), "centrical": (0.175, 0.235),
          "cylindrical": (0.15, 0.215), "spherical": (0.15, 0.215)}  # fmt: skip
 PRECISION_DEPTH = (0.205, 0.240)  # fingertips alone: nearer, the object meets the distal joints
 PRECISION_PRESHAPES = ("parallel", "centrical")  # whose distal links stay upright
-# Pads reach this far past an object's near face at most; deeper, the proximal links would ride
-# on its edges.
+# Pads reach this far past an object's near face at most; deeper, the proximal links would bear on
+# its edges.
 REACH_IN = 0.040
 # Middle between the thumb and the finger pair along the palm's x [m]; with 60 degrees of spread
 # the three fingers close on the palm's axis.
 CENTRE_X = {0.0: -0.0095, PRESHAPES["centrical"].spread: 0.0}
 
 
-# By object, because what ruins half of the grasps on a bottle ruins nearly all on the heavy box.
+# By object: an error with which half of the grasps on a bottle fail makes nearly all fail on the
+# heavy box.
 SPREADS = {
     "box": Spread(0.5, 0.6, 0.004, math.radians(6)),
     "oval_bottle": Spread(0.6, 0.25, 0.010, math.radians(20)),
@@ -100,21 +100,21 @@ class GraspPlan:
         return target - self.palm_rotation() @ (centre - self.offset)
 
 
-def sample_grasp(thing: ObjectInfo, rng: np.random.Generator, style: str = "any") -> GraspPlan:
-    """Draw one grasp; whether the arm can do it is for the trial to find out.
+def sample_grasp(obj: ObjectInfo, rng: np.random.Generator, style: str = "any") -> GraspPlan:
+    """Draw one grasp; ``motion_plan`` finds out whether the arm can reach it.
 
     Args:
-        thing: the object.
-        rng: of everything random.
+        obj: the object.
+        rng: of all that is random in it.
         style: ``any``, or ``precision`` for fingertip grasps.
     """
     precision = style == "precision"
     named, other = SPREADS, DEFAULT_SPREAD
     if precision:
         named, other = PRECISION_SPREADS, DEFAULT_PRECISION_SPREAD
-    spread = thing.spread or named.get(thing.name, other)
+    spread = obj.spread or named.get(obj.name, other)
     # From the side the hand needs room below and object above: a low object is taken from above.
-    side = bool(rng.random() < spread.side) and thing.height >= sum(SIDE_MARGIN)
+    side = bool(rng.random() < spread.side) and obj.height >= sum(SIDE_MARGIN)
     wide = bool(rng.random() < spread.wide)
     preshapes = PRECISION_PRESHAPES if precision else tuple(PRESHAPES)
     preshape = preshapes[int(rng.integers(len(preshapes)))]
@@ -123,20 +123,20 @@ def sample_grasp(thing: ObjectInfo, rng: np.random.Generator, style: str = "any"
         azimuth = float(rng.uniform(-AZIMUTH, AZIMUTH))
         roll = flip + float(rng.normal(0.0, ROLL))
         tilt = float(rng.uniform(0.0, SIDE_TILT))
-        height = float(rng.uniform(SIDE_MARGIN[0], thing.height - SIDE_MARGIN[1]))
+        height = float(rng.uniform(SIDE_MARGIN[0], obj.height - SIDE_MARGIN[1]))
     else:
         azimuth = float(rng.uniform(-math.pi, math.pi))
         roll = 0.0
         tilt = float(rng.normal(0.0, math.radians(4)))
-        deepest = min(TOP_DEPTH[1], max(TOP_DEPTH[0], thing.height - TOP_ROOM))
-        height = thing.height - float(rng.uniform(TOP_DEPTH[0], deepest))
+        deepest = min(TOP_DEPTH[1], max(TOP_DEPTH[0], obj.height - TOP_ROOM))
+        height = obj.height - float(rng.uniform(TOP_DEPTH[0], deepest))
     low, high = PRECISION_DEPTH if precision else DEPTH[preshape]
-    ahead = thing.half_narrow if wide else thing.half_wide
+    ahead = obj.half_narrow if wide else obj.half_wide
     setback = max(0.0, ahead - REACH_IN) if side else 0.0
     # The palm's x, along which the hand closes, is a quarter turn ahead of a side approach.
     closing = azimuth + math.pi / 2 if side else azimuth
     quarters = 2 * int(rng.integers(2)) + int(wide)
-    facing = closing - thing.narrow_yaw + quarters * math.pi / 2
+    facing = closing - obj.narrow_yaw + quarters * math.pi / 2
     return GraspPlan(
         approach="side" if side else "top",
         preshape=preshape,

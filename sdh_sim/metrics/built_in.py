@@ -1,4 +1,4 @@
-"""Grasp metrics of a perceived grasp: the columns of numbers that outcomes are compared with."""
+"""Grasp metrics of a perceived grasp: the columns that outcomes are compared with."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 import graspq as gq
-from sdh_sim.sensing.perceived_grasp import PerceivedGrasp
+from sdh_sim.sensing import PerceivedGrasp
 
 EDGES = 12
 AUGMENT = "hf"
-HELD_SLACK = 0.05  # a motor within 5 % of its limit counts as at its limit
+HELD_SLACK = 0.05  # a motor whose torque is within 5 % of its limit counts as saturated
 # The sum of four contacts' wrench sets has 10^4 facets and takes half a second: not for every
 # trial of a long run.
 MAX_VOLUME_CONTACTS = 3
@@ -27,7 +27,19 @@ Metric = Callable[[PerceivedGrasp], float]
 def wrench_sets(
     grasp: PerceivedGrasp, edges: int | None = EDGES, augment: str = AUGMENT
 ) -> list[np.ndarray]:
-    """Wrench set of every contact about the centre of mass, equations (1) to (3)."""
+    """Wrench set of every contact about the centre of mass, equations (1) to (3).
+
+    Args:
+        grasp: the grasp.
+        edges: of the friction cones; None: round cones.
+        augment: what moments soft contacts can exert (``graspq.contact_wrenches``).
+
+    Returns:
+        for each contact (6, l) [N, N m], object axes.
+
+    Raises:
+        graspq.GraspError: edges or augment that do not exist.
+    """
     return [gq.contact_wrenches(p.contact, edges=edges, augment=augment) for p in grasp.contacts]
 
 
@@ -42,7 +54,7 @@ def hand_bound(grasp: PerceivedGrasp, held: bool, whole: bool = False) -> gq.Han
     Args:
         grasp: the grasp, with at least one contact.
         held: saturated motors keep their torque.
-        whole: with everything that touches, not the chosen pads alone.
+        whole: with all contacts of the hand, not those of the chosen pads alone.
     """
     contacts = (*grasp.contacts, *grasp.others) if whole else grasp.contacts
     return gq.HandBound(
@@ -55,10 +67,12 @@ def hand_bound(grasp: PerceivedGrasp, held: bool, whole: bool = False) -> gq.Han
 
 
 def _hand_scaling(grasp: PerceivedGrasp, held: bool = False, whole: bool = False) -> float:
+    """q* of the contacts behind their shared motors; arguments as ``hand_bound``."""
     return gq.hand_task_scaling(hand_bound(grasp, held, whole), grasp.task, edges=EDGES).value
 
 
 def _volume(grasp: PerceivedGrasp, bound: str) -> float:
+    """Volume of the wrench space [N^3 (N m)^3]; NaN with more contacts than are computed."""
     if len(grasp.contacts) > MAX_VOLUME_CONTACTS:
         return math.nan
     return gq.volume(wrench_sets(grasp, augment="none"), bound=bound)
@@ -81,7 +95,7 @@ METRICS: dict[str, Metric] = {
 def evaluate(grasp: PerceivedGrasp, metrics: dict[str, Metric] = METRICS) -> dict[str, float]:
     """Values of metrics, by name; NaN where a metric cannot be computed for this grasp."""
     values = dict.fromkeys(metrics, math.nan if grasp.contacts else 0.0)
-    for name in _in_turn(metrics):
+    for name in _compile_order(metrics):
         if not grasp.contacts and (name != WHOLE or not grasp.others):
             continue
         with contextlib.suppress(gq.GraspError):  # a space too close to flat for its volume
@@ -89,10 +103,11 @@ def evaluate(grasp: PerceivedGrasp, metrics: dict[str, Metric] = METRICS) -> dic
     return values
 
 
-def _in_turn(names: Iterable[str]) -> list[str]:
-    """The names from either end: new workers compile different metrics first, once per machine.
+def _compile_order(names: Iterable[str]) -> list[str]:
+    """The names forward or backward, by the process.
 
-    Each then finds on the disk what the other has compiled, which halves the wait.
+    Two new workers then compile different metrics first, and each finds on the disk what the other
+    has compiled, which halves the wait.
     """
     order = list(names)
     return order[::-1] if os.getpid() % 2 else order

@@ -1,15 +1,13 @@
-"""What the metrics say of a snapshot before the lift."""
+"""Metrics of a snapshot, computed before the lift."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from sdh_sim.metrics.built_in import evaluate, task_scaling
-from sdh_sim.objects.catalogue import ObjectInfo
-from sdh_sim.robot.hand import HandKinematics
-from sdh_sim.sensing.pad_contacts import PadContact
-from sdh_sim.sensing.perceived_grasp import PerceivedGrasp, perceive
-from sdh_sim.sensing.snapshot import TactileSnapshot
+from sdh_sim.objects import ObjectInfo
+from sdh_sim.robot import HandKinematics
+from sdh_sim.sensing import PadContact, PerceivedGrasp, TactileSnapshot, perceive
 
 NO_READING = "no pad reads a contact"
 
@@ -21,7 +19,7 @@ class Prediction:
     Attributes:
         values: by name of the metric; NaN where it cannot be computed.
         reason: why q* is 0, empty otherwise.
-        grasp: what they were computed from.
+        grasp: what they were computed from, as the hand perceived it.
     """
 
     values: dict[str, float]
@@ -35,32 +33,32 @@ class Prediction:
 
     @property
     def q_linf(self) -> float:
-        """Equation (9); 0 when the grasp cannot exert the task."""
+        """q* of equation (9); 0 when the grasp cannot exert the task."""
         return self.values["q_linf"]
 
     @property
     def q_l1(self) -> float:
-        """Equation (10)."""
+        """q* of equation (10); 0 when the grasp cannot exert the task."""
         return self.values["q_l1"]
 
 
 def predict(
     snapshot: TactileSnapshot,
-    thing: ObjectInfo,
+    obj: ObjectInfo,
     torque_limit: tuple[float, float],
     pads: str,
-    kinematics: HandKinematics,
+    kinematics: HandKinematics | None = None,
 ) -> Prediction:
     """Every metric from the snapshot and the known object alone.
 
     Args:
         snapshot: what the hand sensed.
-        thing: mass, friction and centre of mass of the object.
+        obj: mass, friction and centre of mass of the object.
         torque_limit: (spread and proximal, distal) [N m].
         pads: ``all`` or ``distal``.
-        kinematics: the hand; its posture is changed.
+        kinematics: the hand; None takes the one of the process.
     """
-    grasp = perceive(snapshot, thing, torque_limit, pads, kinematics)
+    grasp = perceive(snapshot, obj, torque_limit, pads, kinematics)
     values = evaluate(grasp)
     reason = ""
     if not grasp.contacts:

@@ -1,4 +1,8 @@
-"""Grasps as a table of trials keeps them: any metric can be evaluated on them again."""
+"""Grasps read back from a table of trials: any metric can be evaluated on them again.
+
+Rows are dictionaries here, not ``TrialRow``: a table of an older version lacks columns, which is
+not the same as a column without a value.
+"""
 
 from __future__ import annotations
 
@@ -11,26 +15,27 @@ import numpy as np
 import pyarrow as pa
 
 from sdh_sim import records
-from sdh_sim.analysis import trial_tables
-from sdh_sim.objects.catalogue import ObjectInfo, object_info
-from sdh_sim.robot.hand import MOTOR_NAMES, HandKinematics
-from sdh_sim.sensing.perceived_grasp import PerceivedGrasp, perceive
-from sdh_sim.sensing.snapshot import TactileSnapshot
+from sdh_sim.objects import ObjectInfo, object_info
+from sdh_sim.records import columns_of
+from sdh_sim.robot import MOTOR_NAMES, HandKinematics
+from sdh_sim.sensing import PerceivedGrasp, TactileSnapshot, perceive
 from sdh_sim.user_references import ObjectFolder
 
-_NEEDED = (
+_SNAPSHOT = (
     *("tactile_proximal", "tactile_distal", "joint_angles_rad", "motor_torque_nm"),
     *("object_pose_hand", "hand_pose_world"),
 )
-
-_NEEDED_TOO = ("trial", "object", "seed", "success", "failure", "torque_limit_nm")
+_TRIAL = ("trial", "object", "seed", "success", "failure", "torque_limit_nm")
 
 
 def read_stored(paths: Sequence[Path]) -> tuple[pa.Table, list[dict[str, Any]]]:
     """Tables of trials, one after the other, and their rows.
 
-    A table of an older version need not have the columns that came later: what is here are the
+    A table of an older version need not have the columns that came later: the result has the
     columns that all of the tables have.
+
+    Args:
+        paths: of the tables.
 
     Returns:
         table, and for each trial its values by column name: arrays as numpy, null as None.
@@ -38,8 +43,8 @@ def read_stored(paths: Sequence[Path]) -> tuple[pa.Table, list[dict[str, Any]]]:
     Raises:
         RecordError: a table lacks what a snapshot consists of.
     """
-    shared = trial_tables.columns_of(paths, records.SCHEMA.names)
-    names = dict.fromkeys((*_NEEDED_TOO, *_NEEDED, *shared))
+    shared = columns_of(paths, records.SCHEMA.names)
+    names = dict.fromkeys((*_TRIAL, *_SNAPSHOT, *shared))
     table = pa.concat_tables([records.read_table(path, list(names)) for path in paths])
     columns = {}
     for column in (c for c in records.COLUMNS if c.name in names):
@@ -54,7 +59,7 @@ def read_stored(paths: Sequence[Path]) -> tuple[pa.Table, list[dict[str, Any]]]:
 
 
 def snapshot_of(row: Mapping[str, Any]) -> TactileSnapshot | None:
-    """The snapshot of a row of the table, as the metrics saw it.
+    """The snapshot of a row of the table, as the metrics got it.
 
     The pose is the tracker's where the row has one. Readings have the table's single precision,
     so that a metric evaluated again may differ from the stored one in its eighth digit or so.
@@ -65,7 +70,7 @@ def snapshot_of(row: Mapping[str, Any]) -> TactileSnapshot | None:
     Returns:
         None where the trial ended before its snapshot.
     """
-    if any(row.get(name) is None for name in _NEEDED):
+    if any(row.get(name) is None for name in _SNAPSHOT):
         return None
     pose = row.get("perceived_pose_hand")
     return TactileSnapshot(
@@ -90,28 +95,31 @@ def object_of(
     Raises:
         SettingsError: there is no such object any more.
     """
-    thing = object_info(row["object"], (folders or {}).get(row["object"]))
+    obj = object_info(row["object"], (folders or {}).get(row["object"]))
     mass, friction = row.get("perceived_mass_kg"), row.get("perceived_friction")
     return replace(
-        thing,
-        mass_kg=thing.mass_kg if mass is None else mass,
-        friction=thing.friction if friction is None else friction,
+        obj,
+        mass_kg=obj.mass_kg if mass is None else mass,
+        friction=obj.friction if friction is None else friction,
     )
 
 
 def grasp_of(
     row: Mapping[str, Any],
     pads: str,
-    kinematics: HandKinematics,
+    kinematics: HandKinematics | None = None,
     folders: Mapping[str, ObjectFolder] | None = None,
 ) -> PerceivedGrasp | None:
-    """What a metric may know of the row's grasp; None where there is no snapshot.
+    """The row's grasp as the metrics got it; None where the trial ended before its snapshot.
 
     Args:
         row: a row as ``records.read_rows`` gives it.
         pads: ``all`` or ``distal``.
-        kinematics: the hand; its posture is changed.
+        kinematics: the hand; None takes the one of the process.
         folders: of users' objects by name, as the run's plan has them.
+
+    Raises:
+        SettingsError: there is no such object any more.
     """
     snapshot = snapshot_of(row)
     if snapshot is None:

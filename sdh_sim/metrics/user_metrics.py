@@ -1,7 +1,7 @@
 """Users' metrics: functions of a ``PerceivedGrasp`` that are named on the command line.
 
-A run keeps only their names and the SHA-256 of their files. Code that a run's folder names is never
-run unasked: whoever continues a run names its metrics again.
+A run keeps only their names and the SHA-256 of their files. Code that a run's folder refers to is
+never run by that alone: a user who continues a run names its metrics again.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from pathlib import Path
 from typing import Any, cast
 
 from sdh_sim.errors import SettingsError
-from sdh_sim.records.user_columns import METRIC_ERROR
-from sdh_sim.sensing.perceived_grasp import PerceivedGrasp
+from sdh_sim.records import METRIC_ERROR
+from sdh_sim.sensing import PerceivedGrasp
 from sdh_sim.user_references import UserMetric
 
 GROUP = "sdh_sim.metrics"  # of entry points
@@ -60,11 +60,11 @@ def find_metrics(asked: Sequence[str], known: Sequence[UserMetric] = ()) -> tupl
     return tuple(sorted(found, key=lambda m: m.name))
 
 
-def evaluate(grasp: PerceivedGrasp, metrics: Iterable[UserMetric]) -> dict[str, Any]:
+def evaluate_user_metrics(grasp: PerceivedGrasp, metrics: Iterable[UserMetric]) -> dict[str, Any]:
     """The columns that users' metrics add to a row.
 
-    Each gets a copy of the grasp. What raises, or gives no number, is NaN, and the column
-    ``metric_error`` says why, a line for each.
+    Each metric gets a copy of the grasp. The value of one that raises, or gives no number, is NaN,
+    and the column ``metric_error`` gives the reason, one line for each.
 
     Raises:
         SettingsError: a metric's code is missing here or is not what the run began with.
@@ -77,14 +77,19 @@ def evaluate(grasp: PerceivedGrasp, metrics: Iterable[UserMetric]) -> dict[str, 
             row[metric.column] = _number(function(copy.deepcopy(grasp)))
         except (Exception, SystemExit) as error:
             row[metric.column] = math.nan
-            faults.append(f"{metric.name}: {_line(error)}")
+            faults.append(f"{metric.name}: {_summary(error)}")
     if row:
         row[METRIC_ERROR] = "\n".join(faults)
     return row
 
 
 def fault_lines(notes: Iterable[str | None], total: int) -> list[str]:
-    """What to say about the faults in the column ``metric_error`` of ``total`` trials."""
+    """A sentence for every metric that failed.
+
+    Args:
+        notes: the column ``metric_error``.
+        total: number of trials.
+    """
     count = Counter[str]()
     first: dict[str, str] = {}
     for line in (line for note in notes if note for line in note.splitlines()):
@@ -115,17 +120,20 @@ def load_metric(metric: UserMetric) -> Metric:
 
 
 def _number(value: Any) -> float:
+    """What a metric gave, as a number; raises TypeError or ValueError."""
     if isinstance(value, (str, bytes)):
         raise TypeError(f"gave {value!r:.40}, not a number")
     return float(value)
 
 
-def _line(error: BaseException) -> str:
+def _summary(error: BaseException) -> str:
+    """Type and first line of an error."""
     text = (str(error).splitlines() or [""])[0][:160]
     return f"{type(error).__name__}: {text}".removesuffix(": ")
 
 
 def _changed(metric: UserMetric) -> SettingsError:
+    """The error for a metric whose file is not what it was."""
     return SettingsError(
         f"metric: {metric.target} has changed since the run began; bring its file back, or start "
         "a run of its own with another --out"
@@ -133,7 +141,7 @@ def _changed(metric: UserMetric) -> SettingsError:
 
 
 def _target(text: str) -> str:
-    """What was asked for in the form in which a run keeps it."""
+    """What was asked for in the form in which a run keeps it; raises SettingsError."""
     place, colon, function = text.rpartition(":")
     if not colon:
         return _ENTRY + text
@@ -150,11 +158,13 @@ def _target(text: str) -> str:
 
 
 def _entry_names() -> str:
+    """The installed entry points, for a message."""
     names = sorted({entry.name for entry in importlib.metadata.entry_points(group=GROUP)})
     return f"installed: {', '.join(names)}" if names else "none is installed"
 
 
 def _reference(target: str) -> UserMetric:
+    """The reference to a metric that the user names; its code is run to load it."""
     function, sha256 = _load(target)
     threshold = getattr(function, "threshold", None)
     if threshold is not None:
@@ -169,6 +179,7 @@ def _reference(target: str) -> UserMetric:
 
 @lru_cache(maxsize=256)
 def _load(target: str) -> tuple[Metric, str]:
+    """The function of a target and the SHA-256 of its file; raises SettingsError."""
     place, _, name = target.rpartition(":")
     try:
         if target.startswith(_ENTRY):
@@ -181,11 +192,12 @@ def _load(target: str) -> tuple[Metric, str]:
     except SettingsError:
         raise
     except (Exception, SystemExit) as error:
-        raise SettingsError(f"metric: {target} cannot be loaded ({_line(error)})") from error
-    return _checked(function, target), _sha256_of(module)
+        raise SettingsError(f"metric: {target} cannot be loaded ({_summary(error)})") from error
+    return _as_function(function, target), _sha256_of(module)
 
 
 def _from_entry(name: str) -> tuple[Any, Any]:
+    """What an entry point names, and its module."""
     found = [entry for entry in importlib.metadata.entry_points(group=GROUP) if entry.name == name]
     if not found:
         raise SettingsError(
@@ -197,16 +209,18 @@ def _from_entry(name: str) -> tuple[Any, Any]:
 
 
 def _from_file(path: Path, name: str) -> tuple[Metric, str]:
+    """A function of a file, and the SHA-256 of the bytes that were run."""
     source = path.read_bytes()
     sha256 = hashlib.sha256(source).hexdigest()
     module = types.ModuleType(f"sdh_sim_metric_{sha256[:16]}")
     module.__file__ = str(path)
     sys.modules[module.__name__] = module  # where dataclasses and pickle look
     exec(compile(source, str(path), "exec"), module.__dict__)
-    return _checked(getattr(module, name), f"{path}:{name}"), sha256
+    return _as_function(getattr(module, name), f"{path}:{name}"), sha256
 
 
 def _import(name: str) -> types.ModuleType:
+    """A module that is installed or lies in the working folder."""
     try:
         return importlib.import_module(name)
     except ModuleNotFoundError as error:
@@ -219,14 +233,16 @@ def _import(name: str) -> types.ModuleType:
         return importlib.import_module(name)
 
 
-def _checked(function: Any, target: str) -> Metric:
+def _as_function(function: Any, target: str) -> Metric:
+    """What a target names, which must be callable; raises SettingsError."""
     if not callable(function):
         raise SettingsError(f"metric: {target} is a {type(function).__name__}; give a function")
     return cast(Metric, function)
 
 
 def _sha256_of(module: Any) -> str:
+    """Of the module's file; empty where it has none."""
     try:
         return hashlib.sha256(Path(module.__file__).read_bytes()).hexdigest()
     except (OSError, TypeError, AttributeError):
-        return ""  # built in, or in an archive: nothing to compare
+        return ""  # built in, or in an archive: no file to compare

@@ -1,1 +1,1 @@
-"""Generators of the model files under `models/`: run only to change a shape, never by a trial."""
+"""Writes the files under ``models``; nothing else imports it."""

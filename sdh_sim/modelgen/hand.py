@@ -21,9 +21,10 @@ STIFFNESS = {"spread": 30.0, "proximal": 20.0, "distal": 20.0}  # servo gain kp,
 SERVO_DAMPING = {"spread": 0.8, "proximal": 0.5, "distal": 0.5}  # servo gain kv, N m s/rad
 
 HEADER = """<mujoco model="schunk_sdh2">
-  <!-- Schunk SDH-2. Written by `python -m sdh_sim.modelgen.hand` from sdh_sim/sdh2_constants.py;
-       README.md says where each number comes from. Contact bits: 1 object and table, 2 taxel,
-       4 hand structure, 8 arm. Pad friction and taxel stiffness are set by the scene. -->
+  <!-- Schunk SDH-2. Written by `python -m sdh_sim.modelgen.hand` from the tables in
+       sdh_sim/robot/sdh2_constants.py; README.md says where each number comes from. Contact bits:
+       1 object and table, 2 taxel, 4 hand structure, 8 arm. Pad friction and taxel stiffness are
+       set by the scene. -->
   <compiler angle="radian" meshdir="assets" autolimits="true"/>
   <option integrator="Euler" cone="elliptic" impratio="100" tolerance="1e-10"
           timestep="0.002">

@@ -1,0 +1,34 @@
+"""What can be grasped: the paper's four objects, and users' folders with an object each.
+
+Other rooms use what is named here; the other files read and check what users bring.
+"""
+
+from sdh_sim.objects.catalogue import (
+    OBJECT,
+    PAPER_ORDER,
+    find_objects,
+    object_info,
+    object_names,
+    object_spec,
+    user_object,
+)
+from sdh_sim.objects.facts import DEFAULT_SPREAD, Spread
+from sdh_sim.objects.object_info import ObjectInfo
+from sdh_sim.objects.surface import ObjectSurface, surface_of
+from sdh_sim.objects.user_objects import UserObject
+
+__all__ = [
+    "DEFAULT_SPREAD",
+    "OBJECT",
+    "PAPER_ORDER",
+    "ObjectInfo",
+    "ObjectSurface",
+    "Spread",
+    "UserObject",
+    "find_objects",
+    "object_info",
+    "object_names",
+    "object_spec",
+    "surface_of",
+    "user_object",
+]

@@ -1,6 +1,6 @@
 """The objects that can be grasped: the models in models/objects, and folders of users.
 
-Both come as one body in a ``MjSpec`` of the same form; whatever is known of an object is read from
+Both become one body in a ``MjSpec`` of the same form, and what is known of an object is read from
 that.
 """
 
@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
 
@@ -18,7 +17,7 @@ import numpy as np
 from sdh_sim.errors import SettingsError
 from sdh_sim.model_files import models_dir
 from sdh_sim.objects.collision_shape import collision_vertices
-from sdh_sim.objects.facts import Spread
+from sdh_sim.objects.object_info import ObjectInfo
 from sdh_sim.objects.user_objects import UserObject, read_folder
 from sdh_sim.poses import rotation_of
 from sdh_sim.user_references import ObjectFolder
@@ -26,43 +25,6 @@ from sdh_sim.user_references import ObjectFolder
 OBJECT = "object/"  # prefix of its names in a workcell
 # The order of the paper's figure 5; other folders follow by name.
 PAPER_ORDER = ("box", "oval_bottle", "spray_bottle", "cylindrical_bottle")
-
-
-@dataclass(frozen=True)
-class ObjectInfo:
-    """What is known of an object before any simulation.
-
-    Attributes:
-        name: folder name of the model.
-        mass_kg: mass [kg].
-        friction: coefficient of Coulomb friction against the pads.
-        com_m: centre of mass in the object's frame (3,) [m].
-        extents_m: size along the axes of the object's frame (3,) [m].
-        standing_quat: orientation in which it stands on the table, w x y z (4,).
-        standing_height: height of the object's frame over the table when standing [m].
-        height: height of its top over the table when standing [m].
-        narrow_yaw: direction of its narrower horizontal side when standing at yaw 0 [rad].
-        half_narrow: half of the narrower horizontal side [m].
-        half_wide: half of the wider horizontal side [m].
-        inertia_kgm2: inertia tensor at the centre of mass, object axes (3, 3) [kg m^2].
-        spread: of the random grasps on it; None: what ``grasps`` has for its name, or the default.
-        folder: where a user's object comes from; None for a built-in one.
-    """
-
-    name: str
-    mass_kg: float
-    friction: float
-    com_m: np.ndarray
-    extents_m: np.ndarray
-    standing_quat: np.ndarray
-    standing_height: float
-    height: float
-    narrow_yaw: float
-    half_narrow: float
-    half_wide: float
-    inertia_kgm2: np.ndarray
-    spread: Spread | None = None
-    folder: ObjectFolder | None = None
 
 
 @cache
@@ -77,16 +39,19 @@ def object_names() -> tuple[str, ...]:
 def user_object(path: str | Path) -> UserObject:
     """The object of a user's folder.
 
+    Args:
+        path: of the folder.
+
     Raises:
         SettingsError: it cannot be used, or has the name of a built-in object.
     """
-    thing = read_folder(path)
-    if thing.name in object_names():
+    found = read_folder(path)
+    if found.name in object_names():
         raise SettingsError(
-            f"object: {thing.reference.path}: the name {thing.name!r} is a built-in object's; "
+            f"object: {found.reference.path}: the name {found.name!r} is a built-in object's; "
             "set another name in object.toml"
         )
-    return thing
+    return found
 
 
 def object_spec(name: str, folder: ObjectFolder | None = None) -> mujoco.MjSpec:
@@ -107,7 +72,7 @@ def object_spec(name: str, folder: ObjectFolder | None = None) -> mujoco.MjSpec:
 
 
 def unknown_object(name: str) -> SettingsError:
-    """The error for a name that is no object's."""
+    """The error for a name that no object has."""
     return SettingsError(
         f"object: got {name!r:.200}; choose one of {', '.join(object_names())}, or all, or give "
         "the path of a folder with an object of your own"
@@ -121,10 +86,12 @@ def find_objects(
 
     Args:
         asked: names, ``all`` for the built-in ones, and paths of folders.
-        known: folders of earlier, whose names count too, and which must not have changed.
+        known: folders of the run that goes on: their names may be asked for, and they must not
+            have changed.
 
     Raises:
-        SettingsError: no such object, a folder that cannot be used, or two of one name.
+        SettingsError: no such object, a folder that cannot be used or has changed, or two of
+            one name.
     """
     names: list[str] = []
     folders: dict[str, ObjectFolder] = {}
@@ -137,8 +104,8 @@ def find_objects(
             names.append(item)
             folders[item] = unchanged(item, known[item]).reference
         elif "/" in item or os.sep in item or item in (".", "..") or Path(item).is_dir():
-            thing = user_object(item)
-            name, folder = thing.name, thing.reference
+            found = user_object(item)
+            name, folder = found.name, found.reference
             if name in folders and folders[name].sha256 != folder.sha256:
                 raise SettingsError(
                     f"object: {folders[name].path} and {folder.path} are both {name!r}; set "
@@ -154,6 +121,7 @@ def find_objects(
 
 
 def _changed(path: str) -> SettingsError:
+    """The error for a folder that is not what it was."""
     return SettingsError(
         f"object: {path} has changed since the run began; bring its files back, or start a run of "
         "its own with another --out"
@@ -164,15 +132,15 @@ def unchanged(name: str, folder: ObjectFolder) -> UserObject:
     """The object of a folder that a run refers to.
 
     Raises:
-        SettingsError: it is gone, cannot be used, or is another object by now.
+        SettingsError: it is missing, cannot be used, or has changed.
     """
-    thing = user_object(folder.path)
-    if (thing.name, thing.reference.sha256) != (name, folder.sha256):
+    found = user_object(folder.path)
+    if (found.name, found.reference.sha256) != (name, folder.sha256):
         raise _changed(folder.path)
-    return thing
+    return found
 
 
-# A large mesh takes seconds to check, and what is kept here is what its SHA-256 says.
+# A large mesh takes seconds to check; the reference, with its SHA-256, says which object it is.
 _loaded = lru_cache(maxsize=8)(unchanged)
 
 
@@ -183,8 +151,8 @@ def object_info(name: str, folder: ObjectFolder | None = None) -> ObjectInfo:
     if folder is None:
         model = object_spec(name).compile()
     else:
-        thing = _loaded(name, folder)
-        model, spread = thing.spec.compile(), thing.spread
+        loaded = _loaded(name, folder)
+        model, spread = loaded.spec.compile(), loaded.spread
     body = model.body("object").id
     vertices = collision_vertices(model)
     world = vertices @ rotation_of(model.body_quat[body]).T + model.body_pos[body]
@@ -209,6 +177,7 @@ def object_info(name: str, folder: ObjectFolder | None = None) -> ObjectInfo:
 
 
 def _frozen(values: np.ndarray) -> np.ndarray:
+    """A copy that cannot be written to, since infos are shared."""
     array = np.array(values, dtype=float)
     array.setflags(write=False)
     return array

@@ -7,7 +7,7 @@ import numpy as np
 
 from sdh_sim.poses import rotation_of
 
-_RING = 64  # directions around a round shape; a multiple of 4: its extremes along the axes count
+_RING = 64  # directions around a round shape; a multiple of 4, to have its extremes on the axes
 
 
 def collision_vertices(model: mujoco.MjModel) -> np.ndarray:
@@ -30,6 +30,12 @@ def collision_vertices(model: mujoco.MjModel) -> np.ndarray:
 
 
 def _primitive(kind: int, size: np.ndarray) -> np.ndarray:
+    """Points (n, 3) [m] that span a geom of MuJoCo's type ``kind`` in its own frame.
+
+    Args:
+        kind: box, cylinder, capsule, ellipsoid or sphere.
+        size: the geom's size (3,) [m].
+    """
     shapes = mujoco.mjtGeom
     if kind == shapes.mjGEOM_BOX:
         signs = np.stack(np.meshgrid(*[[-1, 1]] * 3), axis=-1).reshape(-1, 3)

@@ -1,22 +1,12 @@
-"""What a user says of an object: ``object.toml``, every key checked."""
+"""What is stated of an object beside its shape: mass, friction, spread of its grasps and so on."""
 
 from __future__ import annotations
 
 import math
-import tomllib
-from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import PurePosixPath
-from typing import Any
 
-import numpy as np
-
-from sdh_sim.objects.folder_reader import FACTS, Folder, show
-from sdh_sim.user_references import NAME
-
-MESHES = (".stl", ".obj", ".ply", ".off", ".glb", ".gltf")
+MESHES = (".stl", ".obj", ".ply", ".off", ".glb", ".gltf")  # endings of files with a shape
 MJCF = ".xml"
-MAX_FACTS = 16 << 10  # [bytes]
 
 
 @dataclass(frozen=True)
@@ -36,19 +26,22 @@ class Spread:
     yaw: float
 
 
+DEFAULT_SPREAD = Spread(side=0.6, wide=0.25, offset=0.007, yaw=math.radians(15))
+
+
 @dataclass(frozen=True)
 class Facts:
-    """What ``object.toml`` says.
+    """The content of ``object.toml``.
 
     Attributes:
-        name: of the object in tables; the folder's own where it is not given.
+        name: of the object in tables; the folder's name where it is not given.
         mass: [kg].
         friction: Coulomb's coefficient against the pads.
         com: centre of mass in the object's frame (3,) [m]; None: that of a homogeneous solid.
         inertia: xx yy zz xy xz yz about the centre of mass, the object's axes (6,) [kg m^2]; None:
             that of a homogeneous solid about its own centroid.
         model: file of the shape in the folder; None: the only one there.
-        scale: what lengths of a mesh file are multiplied with to become metres.
+        scale: metres per unit of length of a mesh file.
         up: axis of the object's frame that points up on the table.
         hull: a mesh that is not convex may be replaced by its hull in contacts.
         spread: of the grasps; None: the default.
@@ -64,150 +57,3 @@ class Facts:
     up: str = "z"
     hull: bool = False
     spread: Spread | None = None
-
-
-def read_facts(folder: Folder) -> Facts:
-    """``object.toml`` of a folder.
-
-    Raises:
-        ObjectError: it is missing, no TOML, has an unknown key or a value out of range.
-    """
-    text = folder.read(FACTS, MAX_FACTS)
-    try:
-        data = tomllib.loads(text.decode())
-    except (ValueError, RecursionError) as error:
-        raise folder.fault(f"{FACTS} is not TOML: {show(str(error), 160)}") from error
-    grasp = data.pop("grasp", None)
-    values = _values(folder, data, _FIELDS, "")
-    for name in ("mass", "friction"):
-        if name not in values:
-            raise folder.fault(f"{FACTS} lacks {name}; {_FIELDS[name][1]}")
-    if grasp is not None:
-        if not isinstance(grasp, dict):
-            raise folder.fault(f"{FACTS}: grasp is {show(grasp)}; expected a table [grasp]")
-        hints = _values(folder, grasp, _GRASP, "grasp.")
-        values["spread"] = Spread(**{**_DEFAULTS, **hints})
-    values.setdefault("name", folder.path.name)
-    if not NAME.fullmatch(values["name"]) or values["name"] in RESERVED:
-        raise folder.fault(
-            f"the name {show(values['name'])} cannot be used; set name in {FACTS}: letters, "
-            f"digits, _ and -, at most 48, the first a letter, not {' or '.join(RESERVED)}"
-        )
-    return Facts(**values)
-
-
-RESERVED = ("all", "overall")  # mean all objects, elsewhere
-DEFAULT_SPREAD = Spread(0.6, 0.25, 0.007, math.radians(15))
-_DEFAULTS = {"side": 0.6, "wide": 0.25, "offset": 0.007, "yaw": math.radians(15)}
-
-Check = tuple[Callable[[Any], Any], str]
-
-
-def _number(low: float, high: float, unit: str) -> Check:
-    def check(value: Any) -> float:
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise ValueError
-        if not low <= value <= high:  # NaN fails too
-            raise ValueError
-        return float(value)
-
-    return check, f"give a number {low:g} to {high:g} {unit}".rstrip()
-
-
-def _numbers(count: int, size: float, meaning: str) -> Check:
-    def check(value: Any) -> tuple[float, ...]:
-        if not isinstance(value, list) or len(value) != count:
-            raise ValueError
-        one, _ = _number(-size, size, "")
-        return tuple(one(v) for v in value)
-
-    return check, f"give {count} numbers [{meaning}]"
-
-
-def _text(value: Any) -> str:
-    if not isinstance(value, str) or not value:
-        raise ValueError
-    return value
-
-
-def _flag(value: Any) -> bool:
-    if not isinstance(value, bool):
-        raise ValueError
-    return value
-
-
-def _axis(value: Any) -> str:
-    if value not in ("x", "y", "z"):
-        raise ValueError
-    return str(value)
-
-
-_FIELDS: dict[str, Check] = {
-    "name": (_text, "give a text"),
-    "mass": _number(0.01, 5.0, "kg"),
-    "friction": _number(0.05, 2.0, ""),
-    "com": _numbers(3, 1.0, "x, y, z in m"),
-    "inertia": _numbers(6, 1.0, "xx, yy, zz, xy, xz, yz in kg m^2"),
-    "model": (_text, "give the name of a file in the folder"),
-    "scale": _number(1e-6, 1e6, "(metres per unit of the mesh file)"),
-    "up": (_axis, 'give "x", "y" or "z"'),
-    "hull": (_flag, "give true or false"),
-}
-_GRASP: dict[str, Check] = {
-    "side": _number(0.0, 1.0, ""),
-    "wide": _number(0.0, 1.0, ""),
-    "offset": _number(0.0, 0.1, "m"),
-    "yaw": _number(0.0, math.pi, "rad"),
-}
-
-
-def _values(folder: Folder, data: dict[str, Any], known: dict[str, Check], at: str) -> dict:
-    found: dict[str, Any] = {}
-    for name, value in data.items():
-        if name not in known:
-            also = ", grasp" if not at else ""
-            raise folder.fault(
-                f"{FACTS}: unknown key {show(at + name)}; known are {', '.join(known)}{also}"
-            )
-        check, what = known[name]
-        try:
-            found[name] = check(value)
-        except (ValueError, OverflowError) as error:
-            raise folder.fault(f"{FACTS}: {at}{name} is {show(value)}; {what}") from error
-    return found
-
-
-def model_file(folder: Folder, facts: Facts) -> str:
-    """Name of the file with the object's shape.
-
-    Raises:
-        ObjectError: none, or several and ``model`` names none.
-    """
-    if facts.model is not None:
-        name = facts.model
-        if PurePosixPath(name).suffix.lower() not in (*MESHES, MJCF):
-            raise folder.fault(
-                f"{FACTS}: model is {show(name)}; its name must end in one of "
-                f"{', '.join((*MESHES, MJCF))}"
-            )
-        return name
-    names = folder.names()
-    for endings in ((MJCF,), MESHES):
-        found = [n for n in names if PurePosixPath(n).suffix.lower() in endings]
-        if len(found) == 1:
-            return found[0]
-        if found:
-            raise folder.fault(
-                f"it holds {show(found)}; say in {FACTS} which is the object: model = "
-                f"{show(found[0])}"
-            )
-    raise folder.fault(
-        f"no mesh and no MJCF in it; put a file in it that ends in one of "
-        f"{', '.join((*MESHES, MJCF))}"
-    )
-
-
-def inertia_matrix(values: tuple[float, ...]) -> np.ndarray:
-    """The matrix (3, 3) of xx yy zz xy xz yz."""
-    xx, yy, zz, xy, xz, yz = values
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

@@ -1,7 +1,7 @@
-"""The folder of a user's object: files read whole, within bounds, and from nowhere else.
+"""The folder of a user's object: its files are read whole, within bounds.
 
-No file outside the folder is opened, whatever the files in it say, and what is read is read once:
-the SHA-256 is of the very bytes that become the object.
+No file outside the folder is opened, whatever the files in it say. Each file is read once, so that
+the SHA-256 is that of the bytes which become the object.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from pathlib import Path, PurePosixPath
 from sdh_sim.errors import ObjectError
 
 FACTS = "object.toml"
-MAX_FILES = 65  # that make the object
-MAX_ENTRIES = 1000  # in the folder
+MAX_FILES = 65  # that the object is made of
+MAX_ENTRIES = 1000  # in the folder, files that are not read included
 
 
 def show(value: object, length: int = 80) -> str:
@@ -31,7 +31,7 @@ class Folder:
         path: absolute path of the folder.
 
     Raises:
-        ObjectError: it is no folder.
+        ObjectError: it is no folder, or its path is not printable.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -50,31 +50,42 @@ class Folder:
             raise ObjectError(f"object: {show(str(path), 400)}: the path must be printable")
         self._read: dict[str, bytes] = {}
 
-    def fault(self, what: str) -> ObjectError:
-        """The error for something about this folder."""
-        # What files say goes into messages: no control characters, no change of direction.
-        clean = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in what)
+    def error(self, problem: str) -> ObjectError:
+        """An error whose message names this folder and says what the problem is."""
+        # Messages quote files: no control characters, no change of writing direction.
+        clean = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in problem)
         return ObjectError(f"object: {self.path}: {clean}")
 
     def names(self) -> list[str]:
-        """Files of the folder itself, sorted."""
+        """Names of the files and folders in the folder itself, sorted.
+
+        Raises:
+            ObjectError: too many of them, or the folder cannot be read.
+        """
         found: list[str] = []
         try:
             with os.scandir(self._root) as entries:
                 for entry in entries:
                     if len(found) >= MAX_ENTRIES:
-                        raise self.fault(f"it holds more than {MAX_ENTRIES} files; give a folder "
-                                         "of the object's own")  # fmt: skip
+                        raise self.error(
+                            f"it holds more than {MAX_ENTRIES} files; give a folder of the "
+                            "object's own"
+                        )
                     found.append(entry.name)
         except OSError as error:
-            raise self.fault(f"cannot be read ({error.strerror})") from error
+            raise self.error(f"cannot be read ({error.strerror})") from error
         return sorted(found)
 
     def read(self, name: str, limit: int) -> bytes:
-        """The content of a file, named relative to the folder with ``/``.
+        """The content of a file.
+
+        Args:
+            name: of the file, relative to the folder, with ``/``.
+            limit: largest size [bytes].
 
         Raises:
-            ObjectError: the name leads out of the folder, it is no file, or is over the limit.
+            ObjectError: the name leads out of the folder, or it is no file, is larger than the
+                limit or cannot be read.
         """
         if name in self._read:
             return self._read[name]
@@ -88,34 +99,35 @@ class Folder:
             or ".." in parts
             or not parts
         ):
-            raise self.fault(f"file {show(name)} is not the name of a file in this folder")
+            raise self.error(f"file {show(name)} is not the name of a file in this folder")
         if len(self._read) >= MAX_FILES:
-            raise self.fault(f"it takes more than {MAX_FILES} files; join meshes")
+            raise self.error(f"it takes more than {MAX_FILES} files; join meshes")
         self._read[name] = data = self._bytes(name, self._root.joinpath(*parts), limit)
         return data
 
     def _bytes(self, name: str, path: Path, limit: int) -> bytes:
+        """The content of a file that lies inside the folder once links are followed."""
         try:
             real = path.resolve(strict=True)
             if not real.is_relative_to(self._root):
-                raise self.fault(f"file {show(name)} is a link that leads out of this folder")
-            # A pipe would block for ever, a device never end: hence the flag and the check.
+                raise self.error(f"file {show(name)} is a link that leads out of this folder")
+            # Opening a pipe would wait for ever and a device has no end: hence flag and check.
             handle = os.open(real, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
             with open(handle, "rb") as file:
                 if not stat.S_ISREG(os.fstat(handle).st_mode):
-                    raise self.fault(f"{show(name)} is not a file")
+                    raise self.error(f"{show(name)} is not a file")
                 data = file.read(limit + 1)
         except (OSError, RuntimeError) as error:
             reason = getattr(error, "strerror", None) or "a link without end"
-            raise self.fault(f"cannot read {show(name)}: {reason}") from error
+            raise self.error(f"cannot read {show(name)}: {reason}") from error
         if len(data) > limit:
-            raise self.fault(
+            raise self.error(
                 f"{show(name)} has more than {limit} bytes, the most that is read of such a file"
             )
         return data
 
     def sha256(self) -> str:
-        """Of the names and bytes of all files read so far."""
+        """Digest of the names and bytes of all files read so far, in hexadecimal."""
         digest = hashlib.sha256()
         for name, data in sorted(self._read.items()):
             digest.update(f"{name}\0{len(data)}\0".encode())

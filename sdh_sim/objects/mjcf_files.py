@@ -1,8 +1,8 @@
-"""MJCF of users: parsed and checked here, and only what was checked goes on to MuJoCo.
+"""MJCF files of users: parsed and checked here; MuJoCo gets what was checked alone.
 
-Of all that MJCF can say an object needs little: one body with shapes, and their meshes. Whatever
-else there is (includes, plugins, files elsewhere, actuators, contact settings, …) is refused by
-name, not skipped: who wrote it expects it to count.
+An object needs little of what MJCF can describe: one body with shapes, and their meshes. All else
+(includes, plugins, files elsewhere, actuators, contact settings, …) is refused by name and not
+ignored, because whoever wrote it expects it to have an effect.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ MAX_DEPTH = 16
 MAX_GEOMS = 64
 MAX_MESHES = 64
 SHAPES = ("sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh")
-DROPPED = ("site", "freejoint")  # the scene brings its own
+DROPPED = ("site", "freejoint")  # the scene has its own
 
 _CHILDREN = {
     "mujoco": ("compiler", "default", "asset", "worldbody"),
@@ -29,19 +29,20 @@ _CHILDREN = {
     "body": ("geom", "site", "freejoint"),
 }
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,64}")
-_FREE = re.compile(r"[^<>&]{0,128}")
-# Of an attribute: how many numbers, the words allowed, or a pattern.
+_TEXT = re.compile(r"[^<>&]{0,128}")
+# What an attribute may be: so many numbers at most, one of some words, or text of a pattern.
+Attribute = int | tuple[str, ...] | re.Pattern[str]
 _POSE = {"pos": 3, "quat": 4, "axisangle": 4, "euler": 3, "xyaxes": 6, "zaxis": 3}
-_ATTRIBUTES: dict[str, dict[str, int | tuple[str, ...] | re.Pattern[str]]] = {
-    "mujoco": {"model": _FREE},
+_ATTRIBUTES: dict[str, dict[str, Attribute]] = {
+    "mujoco": {"model": _TEXT},
     "compiler": {
         "angle": ("radian", "degree"),
         "eulerseq": re.compile("[xyzXYZ]{3}"),
-        "meshdir": _FREE,
-        "assetdir": _FREE,
+        "meshdir": _TEXT,
+        "assetdir": _TEXT,
     },
     "default": {"class": _NAME},
-    "mesh": {"name": _NAME, "file": _FREE, "scale": 3},
+    "mesh": {"name": _NAME, "file": _TEXT, "scale": 3},
     "material": {"name": _NAME, "rgba": 4, "specular": 1, "shininess": 1, "reflectance": 1},
     "body": {"name": _NAME, "childclass": _NAME, "pos": 3},
     "geom": {
@@ -51,7 +52,7 @@ _ATTRIBUTES: dict[str, dict[str, int | tuple[str, ...] | re.Pattern[str]]] = {
         **_POSE,
     },
 }
-_WHY = {
+_REASONS = {
     "include": "it would read another file",
     "plugin": "it would run other code",
     "extension": "it would run other code",
@@ -65,7 +66,7 @@ _WHY = {
 }
 
 
-def parse(data: bytes) -> ET.Element:
+def parse_mjcf(data: bytes) -> ET.Element:
     """The checked tree of a user's MJCF: one body, its shapes and assets, nothing else.
 
     Raises:
@@ -99,7 +100,7 @@ def parse(data: bytes) -> ET.Element:
 
 
 def _check_text(data: bytes) -> None:
-    """What a parser must not even build: a document type (entities), depth, numbers of elements."""
+    """Refuse entities, and too many or too deep elements, before a tree is built of them."""
     depth = count = 0
 
     def start(name: str, attributes: object) -> None:
@@ -130,7 +131,8 @@ def _check_text(data: bytes) -> None:
         raise MjcfError(f"is not XML: {error}") from error
 
 
-def _check(element: ET.Element, parent: str = "") -> None:
+def _check(element: ET.Element) -> None:
+    """Raise MjcfError where an element, or one below it, has what an object may not have."""
     tag = element.tag
     allowed = _ATTRIBUTES.get(tag, {})
     if tag not in DROPPED:
@@ -138,8 +140,8 @@ def _check(element: ET.Element, parent: str = "") -> None:
             where = f"{name!r:.40} of <{tag}>"
             if name not in allowed:
                 raise MjcfError(f"has {where}, which an object may not have{_reason(name, tag)}")
-            if not _fits(value, allowed[name]):
-                raise MjcfError(f"has {value!r:.60} as {where}; {_wanted(allowed[name])}")
+            if not _is_valid(value, allowed[name]):
+                raise MjcfError(f"has {value!r:.60} as {where}; {_expected(allowed[name])}")
     for child in element:
         name = child.tag
         if name not in _CHILDREN.get(tag, ()):
@@ -148,33 +150,33 @@ def _check(element: ET.Element, parent: str = "") -> None:
             )
         if name in DROPPED and len(child):
             raise MjcfError(f"has <{child[0].tag:.40}> in <{name}>")
-        _check(child, tag)
+        _check(child)
 
 
 def _reason(name: str, tag: str) -> str:
-    if tag == "geom" and name not in _WHY:
+    """Why an element or attribute is refused, as the end of a message; may be empty."""
+    if tag == "geom" and name not in _REASONS:
         return ": object.toml says mass and friction, the scene how contacts behave"
     if name == "body":
         return ": an object is one body"
-    return f": {_WHY[name]}" if name in _WHY else ""
+    return f": {_REASONS[name]}" if name in _REASONS else ""
 
 
-def _fits(value: str, wanted: int | tuple[str, ...] | re.Pattern[str]) -> bool:
-    if isinstance(wanted, tuple):
-        return value in wanted
-    if isinstance(wanted, re.Pattern):
-        return value.isprintable() and wanted.fullmatch(value) is not None
-    words = value.split()
+def _is_valid(value: str, expected: Attribute) -> bool:
+    if isinstance(expected, tuple):
+        return value in expected
+    if isinstance(expected, re.Pattern):
+        return value.isprintable() and expected.fullmatch(value) is not None
     try:
-        numbers = [float(word) for word in words]
+        numbers = [float(number) for number in value.split()]
     except ValueError:
         return False
-    return 0 < len(numbers) <= wanted and all(math.isfinite(n) and abs(n) <= 1e6 for n in numbers)
+    return 0 < len(numbers) <= expected and all(math.isfinite(n) and abs(n) <= 1e6 for n in numbers)
 
 
-def _wanted(wanted: int | tuple[str, ...] | re.Pattern[str]) -> str:
-    if isinstance(wanted, tuple):
-        return f"give one of {', '.join(wanted)}"
-    if isinstance(wanted, re.Pattern):
-        return "give letters, digits, _ . -" if wanted is _NAME else "it cannot be used"
-    return f"give {wanted} finite numbers" if wanted > 1 else "give a finite number"
+def _expected(expected: Attribute) -> str:
+    if isinstance(expected, tuple):
+        return f"give one of {', '.join(expected)}"
+    if isinstance(expected, re.Pattern):
+        return "give letters, digits, _ . -" if expected is _NAME else "it cannot be used"
+    return f"give {expected} finite numbers" if expected > 1 else "give a finite number"

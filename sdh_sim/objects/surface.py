@@ -1,4 +1,4 @@
-"""The surface of a known object: which way it faces where a finger touches it."""
+"""The surface of a known object: its normal where a finger touches it."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ class ObjectSurface:
         self._data = mujoco.MjData(model)
         mujoco.mj_kinematics(model, self._data)
         body = model.body("object/object").id
-        self._place = self._data.xpos[body].copy()
-        self._axes = self._data.xmat[body].reshape(3, 3).copy()
+        self._position = self._data.xpos[body].copy()
+        self._rotation = self._data.xmat[body].reshape(3, 3).copy()
         self._probe = model.geom("probe").id
         colliding = np.flatnonzero(model.geom_contype)
         self._shapes = [int(geom) for geom in colliding if geom != self._probe]
 
     def inward_normals(self, points: np.ndarray) -> np.ndarray:
-        """Unit normals into the object (n, 3) at the places of its surface nearest to points.
+        """Unit normals into the object (n, 3) at the points of its surface nearest to given points.
 
         Args:
             points: in the object's frame (n, 3) [m], inside or outside.
@@ -51,8 +51,9 @@ class ObjectSurface:
         return np.array([self._normal(point) for point in np.asarray(points, dtype=float)])
 
     def _normal(self, point: np.ndarray) -> np.ndarray:
+        """Unit normal into the object (3,) at the point of its surface nearest to one (3,) [m]."""
         model, data = self._model, self._data
-        data.geom_xpos[self._probe] = at = self._place + self._axes @ point
+        data.geom_xpos[self._probe] = at = self._position + self._rotation @ point
         nearest, found = np.inf, np.zeros(3)
         ends = np.empty(6)
         for shape in self._shapes:
@@ -61,7 +62,7 @@ class ObjectSurface:
                 toward = ends[3:] - at
                 nearest, found = distance, toward if distance > -_PROBE_RADIUS else -toward
         length = float(np.linalg.norm(found))
-        return self._axes.T @ found / length if length > 0.0 else found
+        return self._rotation.T @ found / length if length > 0.0 else found
 
 
 @lru_cache(maxsize=16)

@@ -1,0 +1,72 @@
+"""The table of a run, ``trials.parquet``: its columns, its rows, reading and writing it."""
+
+from sdh_sim.errors import RecordError, one_line
+from sdh_sim.records.column import Column
+from sdh_sim.records.parquet_files import (
+    ROW_GROUP,
+    check_field,
+    columns_of,
+    read_rows,
+    read_table,
+    readable,
+    write_groups,
+    write_rows,
+)
+from sdh_sim.records.rows import (
+    differing_columns,
+    normalise,
+    stack,
+    table_of,
+    to_rows,
+    to_table,
+)
+from sdh_sim.records.schema import FORMAT, SCHEMA, column_named, columns_in, schema_of
+from sdh_sim.records.trial_row import COLUMNS, FAILURES, NO_TRUTH, TACTILE_UNIT, TrialRow
+from sdh_sim.records.user_columns import (
+    METRIC,
+    METRIC_ERROR,
+    added_column,
+    added_columns,
+    added_in,
+    is_added,
+    is_metric,
+    threshold_in,
+)
+
+__all__ = [
+    "COLUMNS",
+    "FAILURES",
+    "FORMAT",
+    "METRIC",
+    "METRIC_ERROR",
+    "NO_TRUTH",
+    "ROW_GROUP",
+    "SCHEMA",
+    "TACTILE_UNIT",
+    "Column",
+    "RecordError",
+    "TrialRow",
+    "added_column",
+    "added_columns",
+    "added_in",
+    "check_field",
+    "column_named",
+    "columns_in",
+    "columns_of",
+    "differing_columns",
+    "is_added",
+    "is_metric",
+    "normalise",
+    "one_line",
+    "read_rows",
+    "read_table",
+    "readable",
+    "schema_of",
+    "stack",
+    "table_of",
+    "threshold_in",
+    "to_rows",
+    "to_table",
+    "write_groups",
+    "write_rows",
+]

@@ -13,8 +13,9 @@ import pyarrow.parquet as pq
 from sdh_sim.atomic_files import atomic_file
 from sdh_sim.errors import RecordError, one_line
 from sdh_sim.records.column import Column
-from sdh_sim.records.rows import Row, to_rows, to_table
+from sdh_sim.records.rows import to_rows, to_table
 from sdh_sim.records.schema import column_named, columns_in, schema_of
+from sdh_sim.records.trial_row import TrialRow
 
 ROW_GROUP = 1024  # rows; about 3 MB in memory, so that a table of any size can be streamed
 
@@ -101,7 +102,7 @@ def check_field(path: Path, schema: pa.Schema, column: Column) -> None:
         )
 
 
-def read_rows(path: Path) -> list[Row]:
+def read_rows(path: Path) -> list[TrialRow]:
     """The rows of a table file; raises RecordError where it is not one."""
     return to_rows(read_table(path))
 

@@ -10,24 +10,16 @@ import pyarrow as pa
 
 from sdh_sim.errors import RecordError, one_line
 from sdh_sim.records.column import Column
-from sdh_sim.records.schema import (
-    _BY_NAME,
-    _FLAG,
-    _INT,
-    _TEXT,
-    COLUMNS,
-    FAILURES,
-    column_named,
-    columns_in,
-    schema_of,
-)
+from sdh_sim.records.schema import column_named, columns_in, schema_of
+from sdh_sim.records.trial_row import COLUMNS, FAILURES, TrialRow
 from sdh_sim.records.user_columns import added_column, is_added
 
-Row = dict[str, Any]
+_KNOWN = {column.name for column in COLUMNS}
+_WANTED = {pa.int64(): (int, np.integer), pa.bool_(): (bool, np.bool_), pa.string(): (str,)}
 
 
-def normalise(row: Mapping[str, Any]) -> Row:
-    """The row with every column present, arrays as numpy, NaN scalars as None.
+def normalise(row: Mapping[str, Any]) -> TrialRow:
+    """The row with values as the table keeps them: arrays as numpy, NaN scalars as None.
 
     Args:
         row: values by column name; columns that may be null can be left out.
@@ -35,17 +27,19 @@ def normalise(row: Mapping[str, Any]) -> Row:
     Raises:
         RecordError: an unknown or missing column, a wrong shape or type, an unknown failure.
     """
-    more = [name for name in row if name not in _BY_NAME]
+    more = [name for name in row if name not in _KNOWN]
     unknown = sorted(name for name in more if not is_added(name))
     if unknown:
         raise RecordError(f"row has unknown column {unknown[0]!r}; columns are listed in COLUMNS")
-    columns = (*COLUMNS, *(added_column(name) for name in more))
-    full = {column.name: _value(column, row.get(column.name)) for column in columns}
-    if full["failure"] not in FAILURES:
-        got = one_line(repr(full["failure"]))
+    full = TrialRow(
+        **{column.name: _value(column, row.get(column.name)) for column in COLUMNS},
+        user_columns={name: _value(added_column(name), row[name]) for name in more},
+    )
+    if full.failure not in FAILURES:
+        got = one_line(repr(full.failure))
         raise RecordError(f"failure is {got}; expected one of {', '.join(FAILURES)}")
-    if full["success"] != (full["failure"] == "none"):
-        raise RecordError(f"success is {full['success']} but failure is {full['failure']!r}")
+    if full.success != (full.failure == "none"):
+        raise RecordError(f"success is {full.success} but failure is {full.failure!r}")
     return full
 
 
@@ -64,10 +58,10 @@ def _value(column: Column, value: Any) -> Any:
             return array
         if pa.types.is_floating(column.type):
             return None if np.isnan(value) else float(value)
-        wanted = {_INT: (int, np.integer), _FLAG: (bool, np.bool_), _TEXT: (str,)}[column.type]
-        if not isinstance(value, wanted) or (column.type == _INT and isinstance(value, bool)):
+        wanted, whole = _WANTED[column.type], column.type == pa.int64()
+        if not isinstance(value, wanted) or (whole and isinstance(value, bool)):
             raise TypeError
-        if column.type == _INT:
+        if whole:
             np.int64(value)  # raises OverflowError
         return wanted[0](value)
     except (TypeError, ValueError, OverflowError) as error:
@@ -83,7 +77,7 @@ def to_table(rows: Iterable[Mapping[str, Any]], added: Sequence[Column] = ()) ->
     return table_of([normalise(row) for row in rows], added)
 
 
-def table_of(full: Iterable[Row], added: Sequence[Column] = ()) -> pa.Table:
+def table_of(full: Iterable[TrialRow], added: Sequence[Column] = ()) -> pa.Table:
     """As ``to_table`` for rows that ``normalise`` gave, which it does not check again.
 
     Raises:
@@ -128,7 +122,7 @@ def stack(table: pa.Table, name: str) -> np.ndarray:
     return out
 
 
-def to_rows(table: pa.Table) -> list[Row]:
+def to_rows(table: pa.Table) -> list[TrialRow]:
     """The rows of a table as ``normalise`` gives them."""
     columns: dict[str, list[Any]] = {}
     for column in columns_in(table.schema):

@@ -1,4 +1,4 @@
-"""The numbers behind a report as flat tables, and how they become CSV and Parquet."""
+"""The numbers of a report as flat tables, written as CSV and Parquet."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from sdh_sim.analysis import comparison as compare
-from sdh_sim.analysis.proportion import Rate
+from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.analysis.study import Study
 from sdh_sim.atomic_files import write_atomic
 
@@ -31,7 +31,7 @@ def tables_of(study: Study) -> dict[str, list[Record]]:
     return {name: rows for name, rows in found.items() if rows}
 
 
-def _rate(name: str, rate: Rate) -> Record:
+def _rate(name: str, rate: Proportion) -> Record:
     low, high = rate.interval or (None, None)
     return {name: rate.value, f"{name}_low": low, f"{name}_high": high}
 
@@ -45,12 +45,12 @@ def _summary(study: Study) -> list[Record]:
     rows = []
     for finding in study.findings.values():
         c, best, curve = finding.comparison, finding.best, finding.precision_recall
-        row: Record = dict(zip(compare.CSV_HEADER, compare.cells(c), strict=True))
+        row: Record = dict(zip(compare.CSV_HEADER, compare.csv_values(c), strict=True))
         row["average_precision"] = curve.area if curve else None
         row |= _bounds("average_precision", curve.area_interval if curve else None)
         row["best_threshold"] = best.threshold if best else None
         row |= _bounds("best_threshold", (best.low, best.high) if best else None)
-        none = Rate(0, 0)
+        none = Proportion(0, 0)
         row |= _rate("best_accuracy", best.accuracy if best else none)
         row |= _rate("best_tpr", best.true_positive_rate if best else none)
         row |= _rate("best_tnr", best.true_negative_rate if best else none)
@@ -133,7 +133,7 @@ def _load(study: Study) -> list[Record]:
 
 
 def csv_text(rows: Sequence[Record]) -> str:
-    """The rows as CSV with a head; None is an empty cell."""
+    """The rows as CSV with a header; None is empty."""
     text = io.StringIO(newline="")
     writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
     writer.writeheader()
@@ -142,10 +142,10 @@ def csv_text(rows: Sequence[Record]) -> str:
 
 
 def write_table(rows: Sequence[Record], stem: Path) -> list[Path]:
-    """Write rows, at least one, as ``stem``.csv and ``stem``.parquet; raises OSError."""
+    """Write one or more rows as ``stem``.csv and ``stem``.parquet; raises OSError."""
     table = pa.Table.from_pylist(list(rows))
     for position, field in enumerate(table.schema):
-        if pa.types.is_null(field.type):  # nothing in this run has such a number
+        if pa.types.is_null(field.type):  # None in every row
             column = table.column(position).cast(pa.float64())
             table = table.set_column(position, field.name, column)
     buffer = io.BytesIO()

@@ -1,7 +1,7 @@
-"""How the figures look: one palette, one size of type, and files that come out the same each time.
+"""Style of the figures: one palette, one size of type, and the same bytes for the same figure.
 
 Colours are Okabe and Ito's, which stay apart for colour-blind readers. A metric keeps its colour in
-every figure; the outcome is told by the fill: full for what held, hollow for what did not.
+every figure; the fill shows the outcome: full for grasps that held, hollow for the others.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sdh_sim.atomic_files import write_atomic
-from sdh_sim.records.user_columns import METRIC
+from sdh_sim.records import METRIC
 
 COLOURS = {
     "q_linf": "#0072B2",
@@ -42,7 +42,7 @@ TEXTS = {
     "volume_linf": r"$V_{L_\infty}$",
     "volume_l1": r"$V_{L_1}$",
 }
-# Of users' metrics: Tol's, which stay apart from the ones above.
+# Of users' metrics: Tol's colours, which differ from those above.
 _OTHERS = ("#882255", "#117733", "#44AA99", "#999933", "#661100")
 GREY = "#666666"
 WIDTH = 7.2  # [inch] of a figure over the whole text
@@ -92,7 +92,7 @@ def panels(
     columns: int, height: float, rows: int = 1, *, width: float = WIDTH,
     sharex: bool = False, sharey: bool = False,
 ) -> tuple[Figure, list[Axes]]:  # fmt: skip
-    """An empty figure, sizes in inches, with its axes row by row."""
+    """An empty figure, sizes in inches, and its axes row by row."""
     figure = Figure(figsize=(width, height), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False, sharex=sharex, sharey=sharey)
     return figure, list(axes.flat)
@@ -128,7 +128,7 @@ def save(figure: Figure, stem: Path) -> tuple[Path, Path]:
         ".png": {"Software": None},
     }
     figure.draw_without_rendering()
-    figure.set_layout_engine("none")  # the places are found: once is enough for both files
+    figure.set_layout_engine("none")  # laid out already, once for both files
     for path in paths:
         buffer = io.BytesIO()
         figure.savefig(buffer, format=path.suffix[1:], dpi=200, metadata=dateless[path.suffix])

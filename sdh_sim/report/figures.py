@@ -12,31 +12,31 @@ from matplotlib.patches import Patch
 
 from sdh_sim.analysis.comparison import METRICS, THRESHOLD
 from sdh_sim.analysis.curves import GRID
-from sdh_sim.analysis.proportion import Rate
+from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.analysis.study import Study
 from sdh_sim.report import figure_style as fs
 
 Reference = Mapping[tuple[str, str], Mapping[str, float]]
-"""Numbers to draw beside: by group and metric, of ``accuracy``, ``tpr``, ``tnr``, ``auc``."""
+"""Published numbers: by group and metric, of ``accuracy``, ``tpr``, ``tnr``, ``auc``."""
 
 RATES = (("accuracy", 1.0), ("tpr", 0.6), ("tnr", 0.25))
 _RATE_TEXTS = {"accuracy": "accuracy", "tpr": "true positive rate", "tnr": "true negative rate"}
 
 
 def shown(study: Study) -> list[str]:
-    """The metrics with a natural boundary: the task scalings."""
+    """The metrics with the decision boundary 1: the task scalings."""
     return [m for m in study.metrics if m.startswith("q_")]
 
 
 def columns_for(count: int) -> int:
-    """Panels side by side of so many."""
+    """How many of ``count`` panels stand side by side."""
     return 2 if count <= 4 else 3
 
 
 def ceiling(values: Iterable[np.ndarray], least: float) -> float:
-    """Where an axis ends so that a few huge values do not press all others to the floor.
+    """Upper limit of an axis: a little above the 99.5 % quantile, and at least ``least``.
 
-    Values beyond are to be drawn at the edge, as the paper does.
+    So a few huge values do not compress the others; they are drawn at the limit, as in the paper.
     """
     every = np.concatenate([np.asarray(v, dtype=float) for v in values])
     every = every[np.isfinite(every)]
@@ -134,7 +134,7 @@ def rates(study: Study, reference: Reference | None = None) -> Figure:
     return figure
 
 
-def _rate(study: Study, group: str, metric: str, name: str) -> Rate:
+def _rate(study: Study, group: str, metric: str, name: str) -> Proportion:
     c = study.findings[group, metric].comparison
     return {
         "accuracy": c.accuracy,
@@ -143,7 +143,7 @@ def _rate(study: Study, group: str, metric: str, name: str) -> Rate:
     }[name]
 
 
-def _bar(ax: Axes, x: float, rate: Rate, colour: str, share: float) -> None:
+def _bar(ax: Axes, x: float, rate: Proportion, colour: str, share: float) -> None:
     if rate.value is None or rate.interval is None:
         return
     ax.bar(x, rate.value, width=0.24, color=fs.light(colour, share), edgecolor=colour,
@@ -194,7 +194,7 @@ def precision_recall(study: Study) -> Figure:
             ax.fill_between(GRID, curve.low, curve.high, color=fs.colour_of(metric), alpha=0.13,
                             linewidth=0)  # fmt: skip
         c = finding.comparison
-        _dot(ax, metric, c.true_positive_rate.value, Rate(c.tp, c.tp + c.fp).value)
+        _dot(ax, metric, c.true_positive_rate.value, Proportion(c.tp, c.tp + c.fp).value)
     base = study.findings[study.main, study.metrics[0]].comparison.success.value
     if base is not None:
         ax.axhline(base, color=fs.GREY, linewidth=0.8, linestyle=(0, (4, 3)))
@@ -206,6 +206,6 @@ def precision_recall(study: Study) -> Figure:
 
 
 def _dot(ax: Axes, metric: str, x: float | None, y: float | None) -> None:
-    """The threshold 1, where it means something and both rates are defined."""
+    """A dot for the threshold 1, if the metric is a task scaling and both rates are defined."""
     if metric.startswith("q_") and x is not None and y is not None:
         ax.plot(x, y, marker="o", color=fs.colour_of(metric), markeredgecolor="white", markersize=7)

@@ -1,4 +1,4 @@
-"""Figures of thresholds and loads: as conservative as desired, and q* against q_sim."""
+"""Figures of calibrated thresholds, and of q* against q_sim of the load test."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _ARROW: dict[str, Any] = {"linestyle": "", "marker": ">", "markersize": 4.5}
 
 
 def calibration(study: Study) -> Figure:
-    """Threshold against desired false positive rate, what it costs, and what one gets."""
+    """Threshold, true and false positive rate over the desired false positive rate."""
     figure, axes = fs.panels(3, 2.9)
     metrics = [m for m in METRICS if m in study.metrics]
     for metric in metrics:
@@ -64,13 +64,13 @@ def load_scatter(study: Study) -> Figure:
     columns = columns_for(len(metrics))
     rows = -(-len(metrics) // columns)
     figure, axes = fs.panels(columns, (1.2 + 5.4 / columns) * rows, rows, sharex=True, sharey=True)
-    largest = max(np.max(values[1], initial=1.0) for values in study.load.values())
-    limit = ceiling([study.load[metric][0] for metric in metrics], 1.15 * float(largest))
+    largest = max(np.max(values.q_sim, initial=1.0) for values in study.load.values())
+    limit = ceiling([study.load[metric].q for metric in metrics], 1.15 * float(largest))
     for position, (ax, metric) in enumerate(zip(axes, metrics, strict=False)):
-        q, q_sim, capped, unseen = study.load[metric]
+        q, q_sim, capped, unsensed = study.load[metric]
         q = np.clip(q, 0.0, 0.97 * limit)  # what lies beyond is drawn at the edge
         ax.plot([0, limit], [0, limit], color=fs.GREY, linewidth=0.9, linestyle=(0, (4, 3)))
-        for part, face in ((~unseen, fs.COLOURS[metric]), (unseen, "white")):
+        for part, face in ((~unsensed, fs.COLOURS[metric]), (unsensed, "white")):
             ax.plot(q_sim[part & ~capped], q[part & ~capped], markerfacecolor=face,
                     markeredgecolor=fs.COLOURS[metric], alpha=0.8, **_DOT)  # fmt: skip
         ax.plot(q_sim[capped], q[capped], color=fs.COLOURS[metric], **_ARROW)
@@ -90,7 +90,7 @@ def load_scatter(study: Study) -> Figure:
         ax.set_ylabel("$q^*$ [weights]" if position % columns == 0 else "")
     for ax in axes[max(0, len(metrics) - columns) : len(metrics)]:
         ax.set_xlabel(r"$q_{\mathrm{sim}}$ [weights]")
-        ax.tick_params(labelbottom=True)  # hidden where a panel that is not drawn lies below
+        ax.tick_params(labelbottom=True)  # sharex hides them above an empty panel
     for ax in axes[len(metrics) :]:
         ax.set_visible(False)
     grey = "#444444"
@@ -100,14 +100,14 @@ def load_scatter(study: Study) -> Figure:
         Line2D([], [], markerfacecolor="white", markeredgecolor=grey,
                label="something else bears load too", **_DOT),
     ]  # fmt: skip
-    if any(values[2].any() for values in study.load.values()):
+    if any(values.capped.any() for values in study.load.values()):
         handles.append(Line2D([], [], color=grey, label="largest load held", **_ARROW))
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     return figure
 
 
 def load_ratio(study: Study) -> Figure:
-    """Distribution of q*/q_sim per bound: by what factor each over- or underestimates."""
+    """Distribution of q*/q_sim for each bound."""
     metrics = [m for m in shown(study) if m in study.load]
     figure, (ax,) = fs.panels(1, 0.6 + 0.55 * len(metrics), width=5.6)
     samples = []

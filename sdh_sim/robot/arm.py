@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 
 from sdh_sim.model_files import models_dir
+from sdh_sim.poses import rotate
 from sdh_sim.robot import sdh2_constants as c
 
 ARM = "arm/"  # prefix of its names in a workcell
@@ -33,8 +34,7 @@ class ArmKinematics:
         spec = arm_spec()
         # The spec's site may be oriented by zaxis or euler; the compiled one has a quaternion.
         flange = spec.compile().site(f"{ARM}flange")
-        offset = np.empty(3)
-        mujoco.mju_rotVecQuat(offset, np.array([0.0, 0.0, c.MOUNT_HEIGHT]), flange.quat)
+        offset = rotate(flange.quat, np.array([0.0, 0.0, c.MOUNT_HEIGHT]))
         parent = spec.site(f"{ARM}flange").parent
         parent.add_site(name="palm", pos=flange.pos + offset, quat=flange.quat)
         self.model = spec.compile()

@@ -67,30 +67,52 @@ class HandKinematics:
         spec = mujoco.MjSpec.from_file(str(models_dir() / "schunk_sdh2" / "sdh2.xml"))
         strip_taxels(spec)
         self.model = spec.compile()
-        self._data = mujoco.MjData(self.model)
         joints = [self.model.joint(name).qposadr[0] for name in MOTOR_NAMES]
         coupled = self.model.joint(c.COUPLED_JOINT).qposadr[0]
         # qpos = selection @ motor angles; the same matrix takes joint to motor Jacobians.
-        self._selection = np.zeros((self.model.nq, len(MOTOR_NAMES)))
-        self._selection[joints, np.arange(len(joints))] = 1.0
-        self._selection[coupled, MOTOR_NAMES.index("spread")] = 1.0
+        self.selection = np.zeros((self.model.nq, len(MOTOR_NAMES)))
+        self.selection[joints, np.arange(len(joints))] = 1.0
+        self.selection[coupled, MOTOR_NAMES.index("spread")] = 1.0
+        self.selection.setflags(write=False)
 
-    def pose(self, angles: np.ndarray) -> None:
-        """Take motor angles (7,) [rad]; the other methods speak of this posture."""
-        self._data.qpos[:] = self.joint_positions(angles)
-        mujoco.mj_kinematics(self.model, self._data)
-        mujoco.mj_comPos(self.model, self._data)
+    def at(self, angles: np.ndarray) -> HandPosture:
+        """The hand at motor angles (7,) [rad]."""
+        return HandPosture(self, angles)
 
     def joint_positions(self, angles: np.ndarray) -> np.ndarray:
         """Positions of all joints, the coupled one too, in the MJCF's order (8,) [rad]."""
-        return self._selection @ angles
+        return self.selection @ angles
+
+
+@lru_cache(maxsize=1)
+def hand_kinematics() -> HandKinematics:
+    """The hand, compiled once per process."""
+    return HandKinematics()
+
+
+class HandPosture:
+    """The hand at one posture: where its links are, and how they move with its motors.
+
+    Args:
+        kinematics: the hand.
+        angles: of its motors (7,) [rad].
+    """
+
+    def __init__(self, kinematics: HandKinematics, angles: np.ndarray) -> None:
+        self._model, self._selection = kinematics.model, kinematics.selection
+        self._data = mujoco.MjData(self._model)
+        self._data.qpos[:] = kinematics.joint_positions(angles)
+        mujoco.mj_kinematics(self._model, self._data)
+        mujoco.mj_comPos(self._model, self._data)
+        palm = self._model.body("palm").id
+        self._origin = self._data.xpos[palm].copy()
+        self._axes = self._data.xmat[palm].reshape(3, 3).copy()
 
     def link(self, body: str) -> tuple[np.ndarray, np.ndarray]:
         """Position (3,) [m] and rotation (3, 3) of a body's frame in the palm frame."""
-        palm, index = self.model.body("palm").id, self.model.body(body).id
-        turn = self._data.xmat[palm].reshape(3, 3)
-        offset = self._data.xpos[index] - self._data.xpos[palm]
-        return turn.T @ offset, turn.T @ self._data.xmat[index].reshape(3, 3)
+        index = self._model.body(body).id
+        offset = self._data.xpos[index] - self._origin
+        return self._axes.T @ offset, self._axes.T @ self._data.xmat[index].reshape(3, 3)
 
     def jacobian(self, body: str, point: np.ndarray) -> np.ndarray:
         """Velocity of a point of a body per motor velocity, in the palm frame (3, 7) [m/rad].
@@ -99,19 +121,16 @@ class HandKinematics:
             body: body that the point is fixed to.
             point: the point in the palm frame (3,) [m].
         """
-        palm = self.model.body("palm").id
-        turn = self._data.xmat[palm].reshape(3, 3)
-        world = self._data.xpos[palm] + turn @ point
-        full = np.zeros((3, self.model.nv))
-        mujoco.mj_jac(self.model, self._data, full, None, world, self.model.body(body).id)
-        return turn.T @ full @ self._selection
+        world = self._origin + self._axes @ point
+        full = np.zeros((3, self._model.nv))
+        mujoco.mj_jac(self._model, self._data, full, None, world, self._model.body(body).id)
+        return self._axes.T @ full @ self._selection
 
     def spin_jacobian(self, body: str) -> np.ndarray:
         """Angular velocity of a body per motor velocity, in the palm frame (3, 7) [rad/rad]."""
-        turn = self._data.xmat[self.model.body("palm").id].reshape(3, 3)
-        full = np.zeros((3, self.model.nv))
-        mujoco.mj_jacBody(self.model, self._data, None, full, self.model.body(body).id)
-        return turn.T @ full @ self._selection
+        full = np.zeros((3, self._model.nv))
+        mujoco.mj_jacBody(self._model, self._data, None, full, self._model.body(body).id)
+        return self._axes.T @ full @ self._selection
 
 
 def strip_taxels(spec: mujoco.MjSpec) -> None:

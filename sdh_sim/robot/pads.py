@@ -21,7 +21,7 @@ def pad_table() -> list[tuple[str, int, int, int, float]]:
 
 @lru_cache
 def live_mask(kind: str) -> np.ndarray:
-    """Which cells of a pad exist, bool (rows, 6), read-only."""
+    """Which taxels of a pad exist, bool (rows, 6), read-only."""
     rows, columns = range(c.TAXEL_ROWS[kind]), range(c.TAXEL_COLUMNS)
     mask = np.array([[c.taxel_is_live(kind, r, k) for k in columns] for r in rows])
     mask.setflags(write=False)

@@ -2,7 +2,7 @@
 
 Sources: [urdf] ipa320/schunk_modular_robotics, schunk_description; [lib] SDHLibrary-CPP;
 [taxel] taxel kinematics published with peter-kiechle/tactile-sensors; [cad] measured on public
-CAD meshes of the hand; [sheet] Schunk's data sheet. Lengths in metres, angles in radians, unless
+CAD meshes of the hand; [data sheet] Schunk's. Lengths in metres, angles in radians, unless
 a name says otherwise. The MJCF in ``models/schunk_sdh2`` is written from this file by
 ``python -m sdh_sim.modelgen.hand``.
 
@@ -62,7 +62,7 @@ MOTORS = (
 )
 COUPLED_JOINT = "spread_coupled"  # finger2's base, turned by the spread motor as well
 
-# [sheet] 2.1 N m spread and proximal, 1.4 N m distal
+# [data sheet] 2.1 N m spread and proximal, 1.4 N m distal
 DATASHEET_TORQUE = {"spread": 2.1, "proximal": 2.1, "distal": 1.4}
 # [lib] greatest speeds, 86 / 200 / 158 deg/s
 MAX_SPEED = {k: math.radians(v) for k, v in {"spread": 86, "proximal": 200, "distal": 158}.items()}
@@ -93,7 +93,7 @@ TOTAL_MASS = 1.0288 + 3 * (0.047 + 0.167 + 0.0929)  # 1.95 kg
 TAXEL_PITCH = 3.4e-3
 TAXEL_COLUMNS = 6
 TAXEL_ROWS = {"proximal": 14, "distal": 13}
-MASKED_ROWS = 5  # distal rows 0..4 (the tip end) have no cell in the first and the last column
+MASKED_ROWS = 5  # distal rows 0..4 (the tip end) have no taxel in the first and the last column
 
 # Distal pad, one line a row from the tip (row 0) down: x [mm], z [mm], tilt of the normal [deg];
 # the normal is (cos t, 0, sin t).
@@ -125,7 +125,7 @@ PADS = tuple((f.name, kind) for kind in ("proximal", "distal") for f in FINGERS)
 
 
 def taxel_is_live(kind: str, row: int, column: int) -> bool:
-    """Whether the cell exists: 84 of 84 on a proximal pad, 68 of 78 on a distal one."""
+    """Whether the taxel exists: 84 of 84 on a proximal pad, 68 of 78 on a distal one."""
     return kind == "proximal" or row >= MASKED_ROWS or 0 < column < TAXEL_COLUMNS - 1
 
 

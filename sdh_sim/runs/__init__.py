@@ -1,0 +1,19 @@
+"""One run on disk: its plan, its finished trials, and the lock of the process that writes."""
+
+from sdh_sim.runs.environment import machine, versions
+from sdh_sim.runs.finished_trials import FinishedTrials
+from sdh_sim.runs.folder import RunFolder
+from sdh_sim.runs.lock import run_lock
+from sdh_sim.runs.plan import MAX_TRIALS, Job, RunPlan, trial_seed
+
+__all__ = [
+    "MAX_TRIALS",
+    "FinishedTrials",
+    "Job",
+    "RunFolder",
+    "RunPlan",
+    "machine",
+    "run_lock",
+    "trial_seed",
+    "versions",
+]

@@ -7,8 +7,18 @@ import platform
 import sys
 from functools import lru_cache
 
+from sdh_sim._version import __version__
+
 _PACKAGES = (
-    *("sdh-sim", "mujoco", "numpy", "scipy", "trimesh", "mink", "daqp", "pyarrow", "rerun-sdk"),
+    "sdh-sim",
+    "mujoco",
+    "numpy",
+    "scipy",
+    "trimesh",
+    "mink",
+    "daqp",
+    "pyarrow",
+    "rerun-sdk",
 )
 
 
@@ -20,10 +30,8 @@ def versions() -> dict[str, str]:
         try:
             found[name] = importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:
-            if name == "sdh-sim":  # run from a checkout
-                import sdh_sim
-
-                found[name] = getattr(sdh_sim, "__version__", "checkout")
+            if name == "sdh-sim":  # a checkout that is not installed
+                found[name] = __version__
     return found
 
 

@@ -13,11 +13,8 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 
-from sdh_sim import records
-from sdh_sim.errors import RunError
-from sdh_sim.records.rows import Row
-from sdh_sim.records.schema import FAILURES, RecordError, one_line
-from sdh_sim.records.user_columns import added_columns
+from sdh_sim.errors import RecordError, RunError, one_line
+from sdh_sim.records import FAILURES, TrialRow, added_columns, to_rows, write_groups
 from sdh_sim.runs.plan import RunPlan, trial_seed
 from sdh_sim.runs.shards import Index, Rows, ShardWriter, join, place
 
@@ -38,7 +35,7 @@ def _open(table: Path, shards: Iterable[Path], plan: RunPlan) -> Iterator[Rows]:
         raise RunError(f"{error}; {_WAY_OUT}") from error
 
 
-class Numbers:
+class TrialNumbers:
     """The number in the plan of a trial that has an object, a seed and perhaps an older number."""
 
     def __init__(self, plan: RunPlan) -> None:
@@ -53,7 +50,7 @@ class Numbers:
         index = trial - self._first[name]
         if 0 <= index < self._plan.trials and trial_seed(self._plan.seed, name, index) == seed:
             return trial
-        seeds, order = self._seeds(name)  # the run had fewer trials then, or it is not ours
+        seeds, order = self._seeds(name)  # the run had fewer trials then, or this is another run's
         at = int(np.searchsorted(seeds, seed))
         if at == len(seeds) or seeds[at] != seed:
             return None
@@ -80,7 +77,7 @@ def _locate(rows: Rows, plan: RunPlan, drop: str | None = None) -> tuple[Index, 
     Raises:
         RunError: a trial that the plan does not make, or one twice in the table.
     """
-    numbers = Numbers(plan)
+    numbers = TrialNumbers(plan)
     pieces: list[Index] = []
     failures: list[np.ndarray] = []
     as_stored = True
@@ -110,7 +107,7 @@ def _locate(rows: Rows, plan: RunPlan, drop: str | None = None) -> tuple[Index, 
     return index, tally, as_stored
 
 
-def _numbers_of(table: pa.Table, numbers: Numbers, plan: RunPlan, path: Path) -> np.ndarray:
+def _numbers_of(table: pa.Table, numbers: TrialNumbers, plan: RunPlan, path: Path) -> np.ndarray:
     for name in _KEYS:
         if table.column(name).null_count:
             raise RunError(f"{path} has a row without {name!r}; {_WAY_OUT}")
@@ -133,7 +130,7 @@ def _numbers_of(table: pa.Table, numbers: Numbers, plan: RunPlan, path: Path) ->
     return np.array(found, np.int64)
 
 
-def read_finished(table: Path, shards: Iterable[Path], plan: RunPlan) -> Iterator[Row]:
+def read_finished(table: Path, shards: Iterable[Path], plan: RunPlan) -> Iterator[TrialRow]:
     """Every finished trial's row by number in the plan; a part of them is in memory at a time.
 
     Raises:
@@ -142,17 +139,17 @@ def read_finished(table: Path, shards: Iterable[Path], plan: RunPlan) -> Iterato
     with _open(table, shards, plan) as rows:
         index, _, _ = _locate(rows, plan)
         for group in rows.groups(index):
-            yield from records.to_rows(group)
+            yield from to_rows(group)
 
 
 def write_finished(table: Path, shards: Iterable[Path], plan: RunPlan, path: Path) -> None:
     """Write a table of every finished trial elsewhere; raises as ``read_finished``, and OSError."""
     with _open(table, shards, plan) as rows:
         index, _, _ = _locate(rows, plan)
-        records.write_groups(rows.groups(index), path, added_columns(plan.settings.metrics))
+        write_groups(rows.groups(index), path, added_columns(plan.settings.metrics))
 
 
-class TrialStore:
+class FinishedTrials:
     """The finished trials of a run that is going on.
 
     Attributes:
@@ -195,7 +192,7 @@ class TrialStore:
         """Those of them that the table lacks."""
         return self._shards.rows
 
-    def append(self, rows: Iterable[Row]) -> None:
+    def append(self, rows: Iterable[TrialRow]) -> None:
         """Keep finished trials; they are on the disk when this returns.
 
         Raises:
@@ -217,5 +214,5 @@ class TrialStore:
                 self._write(rows, rows.index().once())
 
     def _write(self, rows: Rows, index: Index) -> None:
-        records.write_groups(rows.groups(index), self.table, self._added)
+        write_groups(rows.groups(index), self.table, self._added)
         self._shards.clear()

@@ -13,10 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from sdh_sim import records
 from sdh_sim.atomic_files import write_atomic
-from sdh_sim.errors import RunError, SettingsError
-from sdh_sim.runs import finished_trials as trial_store
+from sdh_sim.errors import RunError, SettingsError, one_line
+from sdh_sim.records import TrialRow
+from sdh_sim.runs.finished_trials import (
+    FinishedTrials,
+    TrialNumbers,
+    read_finished,
+    write_finished,
+)
 from sdh_sim.runs.plan import SEED_RULE, Job, RunPlan
 from sdh_sim.runs.shards import shard_files
 
@@ -144,13 +149,13 @@ class RunFolder:
             raise self._damaged(error) from error
 
     def _damaged(self, why: object) -> RunError:
-        reason = records.one_line(why) or "unreadable"
+        reason = one_line(why) or "unreadable"
         return RunError(
             f"{self.info} is damaged ({reason}); repair it from a copy, or start again with "
             "--overwrite or another --out"
         )
 
-    def finished(self, plan: RunPlan) -> Iterator[records.Row]:
+    def finished(self, plan: RunPlan) -> Iterator[TrialRow]:
         """Finished trials in the order of their numbers in ``plan``, in the table or not yet.
 
         The plan may have more trials than when they ran. A few thousand rows at most are in memory.
@@ -158,7 +163,7 @@ class RunFolder:
         Raises:
             RunError: the table is damaged, or holds trials that the plan does not make.
         """
-        return trial_store.read_finished(self.table, shard_files(self.shards), plan)
+        return read_finished(self.table, shard_files(self.shards), plan)
 
     def whole_table(self, scratch: Path) -> Path:
         """A table of every finished trial: the run's, or a copy with its shards in a folder.
@@ -171,16 +176,16 @@ class RunFolder:
         if not shards:
             return self.table
         path = scratch / self.table.name
-        trial_store.write_finished(self.table, shards, self.read_plan(), path)
+        write_finished(self.table, shards, self.read_plan(), path)
         return path
 
-    def read_rows(self, plan: RunPlan) -> dict[int, records.Row]:
+    def read_rows(self, plan: RunPlan) -> dict[int, TrialRow]:
         """All of ``finished`` by number."""
         return {row["trial"]: row for row in self.finished(plan)}
 
-    def open_store(self, plan: RunPlan, retry_errors: bool = False) -> trial_store.TrialStore:
+    def open_finished(self, plan: RunPlan, retry_errors: bool = False) -> FinishedTrials:
         """The finished trials, to add to; raises as ``finished`` does, and OSError."""
-        return trial_store.TrialStore(self.table, self.shards, plan, retry_errors)
+        return FinishedTrials(self.table, self.shards, plan, retry_errors)
 
     def write_error_file(self, job: Job, text: str) -> None:
         """Keep the traceback of a trial that ended as ``error``; raises OSError."""
@@ -202,7 +207,7 @@ class RunFolder:
         Each file says which trial it is of, so that a call after a kill in the middle finds its
         way.
         """
-        numbers = trial_store.Numbers(plan)
+        numbers = TrialNumbers(plan)
         for folder, suffix in ((self.unstable, "npz"), (self.errors, "txt")):
             name = "[0-9]" * 6 + "." + suffix
             for path in folder.glob(f"trial_{name}"):
@@ -230,4 +235,4 @@ def _trial_of(path: Path) -> tuple[str, int] | None:
             found = re.match(r"(\S+), seed (\d+)$", file.readline().rstrip("\n"))
         return (found[1], int(found[2])) if found else None
     except (OSError, ValueError, KeyError, zipfile.BadZipFile):
-        return None  # not ours, or damaged: it keeps its name
+        return None  # not written here, or damaged: it keeps its name

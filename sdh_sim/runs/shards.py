@@ -21,12 +21,19 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from sdh_sim import records
 from sdh_sim.atomic_files import write_atomic
-from sdh_sim.records.column import Column
-from sdh_sim.records.parquet_files import ROW_GROUP
-from sdh_sim.records.rows import Row
-from sdh_sim.records.schema import RecordError
+from sdh_sim.errors import RecordError
+from sdh_sim.records import (
+    COLUMNS,
+    ROW_GROUP,
+    SCHEMA,
+    Column,
+    TrialRow,
+    check_field,
+    readable,
+    schema_of,
+    table_of,
+)
 
 _CACHED_BLOCKS = 6  # of 3 MB; neighbours in the table mostly lie in two or three
 
@@ -36,11 +43,11 @@ class _Table:
 
     def __init__(self, path: Path, added: Sequence[Column]) -> None:
         self.path = path
-        self._columns = (*records.COLUMNS, *added)
-        with records.readable(path):
+        self._columns = (*COLUMNS, *added)
+        with readable(path):
             self._file = pq.ParquetFile(path, page_checksum_verification=True)
             for column in self._columns:
-                records.check_field(path, self._file.schema_arrow, column)
+                check_field(path, self._file.schema_arrow, column)
 
     @property
     def blocks(self) -> int:
@@ -48,7 +55,7 @@ class _Table:
 
     def read(self, block: int, columns: Sequence[str] | None = None) -> pa.Table:
         names = [column.name for column in self._columns] if columns is None else list(columns)
-        with records.readable(self.path):
+        with readable(self.path):
             table = self._file.read_row_group(block, columns=names, use_threads=False)
             table.validate(full=True)
         return table.select(names)
@@ -74,7 +81,7 @@ class _Shard:
         """Nothing stays open."""
 
 
-def read_shard(path: Path, schema: pa.Schema = records.SCHEMA) -> pa.Table:
+def read_shard(path: Path, schema: pa.Schema = SCHEMA) -> pa.Table:
     """The rows of a shard; raises RecordError where it is damaged or has other columns."""
     try:
         data = path.read_bytes()
@@ -130,7 +137,7 @@ class Rows:
     """
 
     def __init__(self, table: Path, shards: Iterable[Path], added: Sequence[Column] = ()) -> None:
-        self._schema = records.schema_of(added)
+        self._schema = schema_of(added)
         self.sources: list[_Table | _Shard] = [_Table(table, added)] if table.exists() else []
         self.sources += [_Shard(path, self._schema) for path in shards]
         self._read = lru_cache(maxsize=_CACHED_BLOCKS)(self._block)
@@ -210,7 +217,7 @@ class ShardWriter:
     def __init__(self, folder: Path, added: Sequence[Column] = ()) -> None:
         self.folder = folder
         self._added = added
-        self._schema = records.schema_of(added)
+        self._schema = schema_of(added)
         self.rows = 0
         self._small: list[tuple[Path, int]] = []
         self._next = 0
@@ -225,17 +232,17 @@ class ShardWriter:
             self._next = max(self._next, int(path.name[:8]) + 1)
             self._count(path, count)
 
-    def append(self, rows: Iterable[Row]) -> None:
+    def append(self, rows: Iterable[TrialRow]) -> None:
         """Keep rows (as ``normalise`` gives them); they are on the disk when this returns.
 
         Raises:
             OSError: the disk refused; nothing of them is kept.
         """
         self.folder.mkdir(exist_ok=True)
-        table = records.table_of(rows, self._added)
+        table = table_of(rows, self._added)
         self._count(self._write(table), table.num_rows)
         if sum(count for _, count in self._small) >= ROW_GROUP:
-            with contextlib.suppress(OSError):  # the rows are safe; the next shard will tell
+            with contextlib.suppress(OSError):  # the rows are safe; a full disk shows at the next
                 self._join_small()
 
     def _write(self, table: pa.Table) -> Path:

@@ -1,0 +1,25 @@
+"""The tactile arrays, the snapshot of the hand, and what it tells of the contacts."""
+
+from sdh_sim.sensing.pad_contact import PadContact
+from sdh_sim.sensing.pad_contacts import pad_contacts
+from sdh_sim.sensing.perceived_grasp import GRAVITY, PerceivedGrasp, perceive
+from sdh_sim.sensing.snapshot import TactileSnapshot
+from sdh_sim.sensing.tactile_frames import TactileFrames, take_snapshot
+from sdh_sim.sensing.tactile_sensor import SensorModel, TactileSensor
+from sdh_sim.sensing.tracking_error import add_tracking_error
+from sdh_sim.sensing.unsensed_contacts import unsensed_contacts
+
+__all__ = [
+    "GRAVITY",
+    "PadContact",
+    "PerceivedGrasp",
+    "SensorModel",
+    "TactileFrames",
+    "TactileSensor",
+    "TactileSnapshot",
+    "add_tracking_error",
+    "pad_contacts",
+    "perceive",
+    "take_snapshot",
+    "unsensed_contacts",
+]

@@ -1,44 +1,23 @@
-"""One contact of hand and object as it is perceived."""
+"""Contacts of the pads with the object, as the hand perceives them (section II-B of the paper)."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 
 import graspq as gq
-from sdh_sim.objects.catalogue import ObjectInfo
-from sdh_sim.objects.surface import surface_of
+from sdh_sim.objects import ObjectInfo, surface_of
 from sdh_sim.poses import rotation_of
+from sdh_sim.robot import HandKinematics, live_mask, taxel_centres, torque_limits
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.hand import HandKinematics, torque_limits
-from sdh_sim.robot.pads import live_mask, taxel_centres
+from sdh_sim.sensing.pad_contact import PadContact
 from sdh_sim.sensing.snapshot import TactileSnapshot
-
-
-@dataclass(frozen=True)
-class PadContact:
-    """One pad's contact as the hand perceives it.
-
-    Attributes:
-        pad: name, such as ``thumb_distal``.
-        contact: position, normal, ``g*``, ``tau*`` and taxels, in the object frame at the centre of
-            mass.
-        jacobian: motor speeds to the velocity of the contact point (first three rows [m/rad]) and
-            the angular velocity of its link (last three), object axes (6, 7).
-    """
-
-    pad: str
-    contact: gq.Contact
-    jacobian: np.ndarray
-
 
 LOOK_DEPTH = 0.01  # beneath the pad's surface, in the finger [m]
 
 
 def pad_contacts(
     snapshot: TactileSnapshot,
-    thing: ObjectInfo,
+    obj: ObjectInfo,
     torque_limit: tuple[float, float],
     pads: str,
     kinematics: HandKinematics,
@@ -51,16 +30,16 @@ def pad_contacts(
 
     Args:
         snapshot: what the hand sensed.
-        thing: shape, friction and centre of mass of the object.
+        obj: shape, friction and centre of mass of the object.
         torque_limit: (spread and proximal, distal) [N m].
         pads: ``all`` or ``distal``.
-        kinematics: the hand; its posture is changed.
+        kinematics: the hand.
         surface_share: 1 takes the normals of the object's surface, 0 the pads' own, and what lies
             between a mean of both.
     """
-    kinematics.pose(snapshot.joint_angles)
+    posture = kinematics.at(snapshot.joint_angles)
     rotation, origin = rotation_of(snapshot.object_pose_hand[3:]), snapshot.object_pose_hand[:3]
-    centre_of_mass = origin + rotation @ thing.com_m
+    centre_of_mass = origin + rotation @ obj.com_m
     limits = torque_limits(torque_limit)
     found = []
     for index, (finger, kind) in enumerate(c.PADS):
@@ -71,26 +50,26 @@ def pad_contacts(
         if not (reading > 0.0).any():
             continue
         body = f"{finger}_{kind}"
-        link_position, link_rotation = kinematics.link(body)
+        link_position, link_rotation = posture.link(body)
         point, normal, taxels = _tangent_patch(kind, reading)
         to_object = rotation.T @ link_rotation
         shift = rotation.T @ (link_position - centre_of_mass)
-        linear = kinematics.jacobian(body, link_position + link_rotation @ point)
-        jacobian = np.vstack((rotation.T @ linear, rotation.T @ kinematics.spin_jacobian(body)))
+        linear = posture.jacobian(body, link_position + link_rotation @ point)
+        jacobian = np.vstack((rotation.T @ linear, rotation.T @ posture.spin_jacobian(body)))
         centre = to_object @ point + shift
         patch = taxels @ to_object.T + shift
         pressure = reading[reading > 0.0]
-        inward = _surface_normal(thing, to_object @ normal, patch, pressure, surface_share)
+        inward = _surface_normal(obj, to_object @ normal, patch, pressure, surface_share)
         patch -= np.outer((patch - centre) @ inward, inward)
         g_max = gq.max_normal_force(jacobian[:3], inward, limits)
-        tau_max = gq.max_torsion(thing.friction, g_max, pressure, patch, centre)
-        contact = gq.Contact(centre, inward, thing.friction, g_max, tau_max, patch)
+        tau_max = gq.max_torsion(obj.friction, g_max, pressure, patch, centre)
+        contact = gq.Contact(centre, inward, obj.friction, g_max, tau_max, patch)
         found.append(PadContact(body, contact, jacobian))
     return tuple(found)
 
 
 def _surface_normal(
-    thing: ObjectInfo, own: np.ndarray, patch: np.ndarray, weights: np.ndarray, share: float
+    obj: ObjectInfo, own: np.ndarray, patch: np.ndarray, weights: np.ndarray, share: float
 ) -> np.ndarray:
     """Unit normal of the object's surface under a pad, into the object (3,).
 
@@ -99,8 +78,8 @@ def _surface_normal(
     faces them do not count; where none is left the pad's own normal does.
     """
     own = own / np.linalg.norm(own)
-    surface = surface_of(thing.name, thing.folder)
-    found = surface.inward_normals(patch + thing.com_m - LOOK_DEPTH * own)
+    surface = surface_of(obj.name, obj.folder)
+    found = surface.inward_normals(patch + obj.com_m - LOOK_DEPTH * own)
     mean = np.where(found @ own > 0.0, weights, 0.0) @ found
     length = float(np.linalg.norm(mean))
     if length <= 0.0:

@@ -10,10 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 
 import graspq as gq
-from sdh_sim.objects.catalogue import ObjectInfo
+from sdh_sim.objects import ObjectInfo
 from sdh_sim.poses import rotation_of
-from sdh_sim.robot.hand import HandKinematics, torque_limits
-from sdh_sim.sensing.pad_contacts import PadContact, pad_contacts
+from sdh_sim.robot import HandKinematics, hand_kinematics, torque_limits
+from sdh_sim.sensing.pad_contact import PadContact
+from sdh_sim.sensing.pad_contacts import pad_contacts
 from sdh_sim.sensing.snapshot import TactileSnapshot
 from sdh_sim.sensing.unsensed_contacts import unsensed_contacts
 
@@ -28,7 +29,7 @@ class PerceivedGrasp:
 
     Attributes:
         snapshot: what the hand sensed.
-        thing: the object as known: mass, friction, centre of mass.
+        obj: the object as known: mass, friction, centre of mass.
         torque_limits: of the motors (7,) [N m].
         contacts: the pads in contact, object frame with its origin at the centre of mass.
         task: wrenches the hand must exert against gravity, same frame, (6, m) [N, N m].
@@ -37,37 +38,51 @@ class PerceivedGrasp:
     """
 
     snapshot: TactileSnapshot
-    thing: ObjectInfo
+    obj: ObjectInfo
     torque_limits: np.ndarray
     contacts: tuple[PadContact, ...]
     task: np.ndarray
     others: tuple[PadContact, ...] = ()
 
+    @property
+    def thing(self) -> ObjectInfo:
+        """The object, by the name that earlier versions had; use ``obj``."""
+        return self.obj
+
 
 def perceive(
     snapshot: TactileSnapshot,
-    thing: ObjectInfo,
+    obj: ObjectInfo,
     torque_limit: tuple[float, float],
     pads: str,
-    kinematics: HandKinematics,
+    kinematics: HandKinematics | None = None,
 ) -> PerceivedGrasp:
-    """Contacts and task of a snapshot; arguments as ``pad_contacts``."""
-    every = pad_contacts(snapshot, thing, torque_limit, "all", kinematics)
+    """Contacts and task of a snapshot.
+
+    Args:
+        snapshot: what the hand sensed.
+        obj: shape, mass, friction and centre of mass of the object.
+        torque_limit: (spread and proximal, distal) [N m].
+        pads: whose readings make ``contacts``: ``all`` or ``distal``.
+        kinematics: the hand; None takes the one of the process.
+    """
+    kinematics = kinematics or hand_kinematics()
+    every = pad_contacts(snapshot, obj, torque_limit, "all", kinematics)
     taken = [pads == "all" or contact.pad.endswith("distal") for contact in every]
     left_out = tuple(contact for contact, kept in zip(every, taken, strict=True) if not kept)
     return PerceivedGrasp(
         snapshot=snapshot,
-        thing=thing,
+        obj=obj,
         torque_limits=torque_limits(torque_limit),
         contacts=tuple(contact for contact, kept in zip(every, taken, strict=True) if kept),
-        task=gravity_task(snapshot, thing),
-        others=left_out + unsensed_contacts(snapshot, thing, kinematics),
+        task=gravity_task(snapshot, obj),
+        others=left_out + unsensed_contacts(snapshot, obj, kinematics),
     )
 
 
-def gravity_task(snapshot: TactileSnapshot, thing: ObjectInfo) -> np.ndarray:
+def gravity_task(snapshot: TactileSnapshot, obj: ObjectInfo) -> np.ndarray:
     """Wrenches that hold the object against gravity around its centre of mass, (6, m)."""
     down = np.array([0.0, 0.0, -GRAVITY])
     hand = rotation_of(snapshot.hand_pose_world[3:])
     in_object = rotation_of(snapshot.object_pose_hand[3:]).T @ hand.T @ down
-    return gq.gravity_tasks(thing.mass_kg, np.zeros(3), in_object, TASK_RADIUS, TASK_SAMPLES)
+    return gq.gravity_tasks(obj.mass_kg, np.zeros(3), in_object, TASK_RADIUS, TASK_SAMPLES)

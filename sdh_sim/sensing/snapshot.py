@@ -1,4 +1,4 @@
-"""From MuJoCo's contact forces to tactile arrays; what a snapshot of the hand holds."""
+"""What a snapshot of the hand holds."""
 
 from __future__ import annotations
 

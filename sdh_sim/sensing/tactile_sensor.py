@@ -1,8 +1,8 @@
-"""The tactile arrays as a device: what they report of the pressure on their cells, frame by frame.
+"""The tactile arrays as a device: what they report of the pressure on their taxels.
 
 Sources of the ``dsa`` preset: dead-weight tests of a distal pad, published as sums of counts:
-4513 F - 3953 at F newton under a stamp of 10.5 mm side, cells clipped near 3500 of 4095; slopes of
-2810, 4513 and 5074 counts/N at 0.5, 3 and 10 s after contact; 16 to 28 cells lit under 9.5. What
+4513 F - 3953 at F newton under a stamp of 10.5 mm side, taxels clipped near 3500 of 4095; slopes of
+2810, 4513 and 5074 counts/N at 0.5, 3 and 10 s after contact; 16 to 28 taxels lit under 9.5. What
 is marked as an assumption is not published.
 """
 
@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from sdh_sim.robot import PAD_OFFSETS, TACTILE_SIZE, live_mask
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.pads import PAD_OFFSETS, TACTILE_SIZE, live_mask
 
 FRAME_RATE = 30.0  # frames per second of the real arrays
-CELL_AREA = c.TAXEL_PITCH**2  # [m^2]
-CELLS_SEED = 20170529  # of the spread and the dead cells: one hand, the same in every trial
+TAXEL_AREA = c.TAXEL_PITCH**2  # [m^2]
+TAXELS_SEED = 20170529  # of the spread and the dead taxels: one hand, the same in every trial
 
 
 @dataclass(frozen=True)
@@ -27,16 +27,16 @@ class SensorModel:
 
     Attributes:
         gain: counts per kPa above the dead zone, 3 s after contact.
-        dead_zone: pressure below which a cell reads nothing [kPa]: 21 lit cells share the 3953
-            counts (with no crosstalk 9.5 cells would, and it were 8 kPa).
+        dead_zone: pressure below which a taxel reads nothing [kPa]: 21 lit taxels share the 3953
+            counts (with no crosstalk 9.5 taxels would, and it were 8 kPa).
         clip: greatest reading [counts]; readings are whole counts, 12 bit.
-        crosstalk: share of a cell's pressure that each of its four neighbours takes over; 0.1
-            lights 21 cells under a stamp of 3 by 3, in the middle of the published range.
+        crosstalk: share of a taxel's pressure that each of its four neighbours takes over; 0.1
+            lights 21 taxels under a stamp of 3 by 3, in the middle of the published range.
         creep_share: share of the final reading that comes late, as in a standard linear solid.
         creep_time: time constant of the late share [s]; both fit the three published slopes.
-        noise: standard deviation of a loaded cell's reading [counts] (assumption).
-        gain_spread: relative standard deviation of the cells' gains (assumption).
-        dead_share: share of cells that read nothing at all.
+        noise: standard deviation of a loaded taxel's reading [counts] (assumption).
+        gain_spread: relative standard deviation of the taxels' gains (assumption).
+        dead_share: share of taxels that read nothing at all.
     """
 
     gain: float = 52.0
@@ -58,9 +58,9 @@ class SensorModel:
         """Whole counts for pressures [kPa], any shape: the static part of a reading.
 
         Args:
-            pressure: on each cell, crosstalk and creep included [kPa].
-            gains: of each cell over the nominal gain.
-            noise: of each cell [counts]; unloaded cells have none.
+            pressure: on each taxel, crosstalk and creep included [kPa].
+            gains: of each taxel over the nominal gain.
+            noise: of each taxel [counts]; unloaded taxels have none.
         """
         raw = (pressure - self.dead_zone) * self.gain * gains
         return np.floor(np.clip(np.where(raw > 0.0, raw + noise, 0.0), 0.0, self.clip))
@@ -87,13 +87,13 @@ class TactileSensor:
         self._late = np.zeros(TACTILE_SIZE)
         self._gains = np.ones(TACTILE_SIZE)
         if model is not None:
-            cells = np.random.default_rng(CELLS_SEED)
-            self._gains += model.gain_spread * cells.standard_normal(TACTILE_SIZE)
-            self._gains[cells.random(TACTILE_SIZE) < model.dead_share] = 0.0
+            taxels = np.random.default_rng(TAXELS_SEED)
+            self._gains += model.gain_spread * taxels.standard_normal(TACTILE_SIZE)
+            self._gains[taxels.random(TACTILE_SIZE) < model.dead_share] = 0.0
 
     def frame(self, forces: np.ndarray) -> None:
         """Take in the normal force on every taxel (486,) [N], 1 / FRAME_RATE after the last."""
-        self._pressure = forces / CELL_AREA * 1e-3
+        self._pressure = forces / TAXEL_AREA * 1e-3
         if self.model is None:
             return
         self._pressure = spread_pressure(self._pressure, self.model.crosstalk)
@@ -116,12 +116,12 @@ class TactileSensor:
 
 
 def spread_pressure(pressure: np.ndarray, share: float) -> np.ndarray:
-    """Pressure (486,) after each cell gave a share of it to each live neighbour: the sum stays."""
+    """Pressure (486,) after each taxel gave a share of it to each live neighbour: the sum stays."""
     return pressure + share * (_NEIGHBOURS @ pressure - _DEGREE * pressure)
 
 
 def _neighbours() -> sparse.csr_array:
-    """Which cells touch along an edge, (486, 486)."""
+    """Which taxels touch along an edge, (486, 486)."""
     touch = np.zeros((TACTILE_SIZE, TACTILE_SIZE))
     for offset, (_, kind) in zip(PAD_OFFSETS[:-1], c.PADS, strict=True):
         live = live_mask(kind)

@@ -7,23 +7,23 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from sdh_sim.objects.catalogue import ObjectInfo
+from sdh_sim.objects import ObjectInfo
 from sdh_sim.poses import rotation_of
 from sdh_sim.sensing.snapshot import TactileSnapshot
 from sdh_sim.settings import TrialSettings
 
 
-def misperceive(
+def add_tracking_error(
     snapshot: TactileSnapshot,
-    thing: ObjectInfo,
+    obj: ObjectInfo,
     settings: TrialSettings,
     rng: np.random.Generator,
 ) -> tuple[TactileSnapshot, ObjectInfo]:
-    """The snapshot with the tracker's pose error, the object as misestimated (both may be exact).
+    """The snapshot with the tracker's pose error, and the object as it is estimated.
 
     Args:
         snapshot: what the hand sensed, with the true pose.
-        thing: the true object.
+        obj: the true object.
         settings: standard deviations of the errors.
         rng: always drawn from in the same way, so that one error does not change another.
     """
@@ -33,12 +33,12 @@ def misperceive(
     pose[:3] += settings.position_error * shift
     # The tracker turns the object about its centre of mass: an error of rotation alone leaves
     # that in place.
-    centre = rotation_of(pose[3:]) @ thing.com_m
+    centre = rotation_of(pose[3:]) @ obj.com_m
     mujoco.mju_quatIntegrate(pose[3:], settings.angle_error * turn, 1.0)
-    pose[:3] += centre - rotation_of(pose[3:]) @ thing.com_m
+    pose[:3] += centre - rotation_of(pose[3:]) @ obj.com_m
     known = replace(
-        thing,
-        friction=thing.friction * max(0.05, 1.0 + settings.friction_error * friction),
-        mass_kg=thing.mass_kg * max(0.05, 1.0 + settings.mass_error * mass),
+        obj,
+        friction=obj.friction * max(0.05, 1.0 + settings.friction_error * friction),
+        mass_kg=obj.mass_kg * max(0.05, 1.0 + settings.mass_error * mass),
     )
     return replace(snapshot, object_pose_hand=pose), known

@@ -12,11 +12,13 @@ import mujoco
 import numpy as np
 
 import graspq as gq
+from sdh_sim import poses
+from sdh_sim.cell.contacts import contact_points
 from sdh_sim.model_files import models_dir
-from sdh_sim.objects.catalogue import OBJECT, ObjectInfo, object_spec
+from sdh_sim.objects import OBJECT, ObjectInfo, object_spec
 from sdh_sim.poses import rotation_of
-from sdh_sim.robot.hand import HandKinematics, strip_taxels
-from sdh_sim.sensing.pad_contacts import PadContact
+from sdh_sim.robot import HandKinematics, HandPosture, strip_taxels
+from sdh_sim.sensing.pad_contact import PadContact
 from sdh_sim.sensing.snapshot import TactileSnapshot
 from sdh_sim.user_references import ObjectFolder
 
@@ -26,26 +28,23 @@ TOUCHING = 0.5e-3  # [m]
 
 
 def unsensed_contacts(
-    snapshot: TactileSnapshot, thing: ObjectInfo, kinematics: HandKinematics
+    snapshot: TactileSnapshot, obj: ObjectInfo, kinematics: HandKinematics
 ) -> tuple[PadContact, ...]:
     """Where parts of the hand without taxels touch the object, one contact per point.
 
     Args:
         snapshot: what the hand sensed, with the pose as the tracker has it.
-        thing: the object.
-        kinematics: the hand; its posture is changed.
+        obj: the object.
+        kinematics: the hand.
 
     Returns:
         contacts in the object's axes at its centre of mass, named by their link. Their normal
         force is not known: g* is infinite in truth and 0 in the contact.
     """
-    kinematics.pose(snapshot.joint_angles)
-    return tuple(
-        _contact(link, point, normal, snapshot, thing, kinematics)
-        for link, point, normal in _shapes(thing.name, thing.folder).touching(
-            kinematics.joint_positions(snapshot.joint_angles), snapshot.object_pose_hand
-        )
-    )
+    posture = kinematics.at(snapshot.joint_angles)
+    joints = kinematics.joint_positions(snapshot.joint_angles)
+    found = _shapes(obj.name, obj.folder).touching(joints, snapshot.object_pose_hand)
+    return tuple(_contact(*contact, snapshot, obj, posture) for contact in found)
 
 
 def _contact(
@@ -53,15 +52,15 @@ def _contact(
     point: np.ndarray,
     normal: np.ndarray,
     snapshot: TactileSnapshot,
-    thing: ObjectInfo,
-    kinematics: HandKinematics,
+    obj: ObjectInfo,
+    posture: HandPosture,
 ) -> PadContact:
     rotation = rotation_of(snapshot.object_pose_hand[3:])
-    centre_of_mass = snapshot.object_pose_hand[:3] + rotation @ thing.com_m
-    linear, spin = kinematics.jacobian(link, point), kinematics.spin_jacobian(link)
+    centre_of_mass = snapshot.object_pose_hand[:3] + rotation @ obj.com_m
+    linear, spin = posture.jacobian(link, point), posture.spin_jacobian(link)
     inward = rotation.T @ normal
     contact = gq.Contact(
-        rotation.T @ (point - centre_of_mass), inward / np.linalg.norm(inward), thing.friction, 0.0
+        rotation.T @ (point - centre_of_mass), inward / np.linalg.norm(inward), obj.friction, 0.0
     )
     return PadContact(link, contact, np.vstack((rotation.T @ linear, rotation.T @ spin)))
 
@@ -98,26 +97,15 @@ class _Shapes:
         model, data = self._model, self._data
         data.qpos[self._hand] = joints
         mujoco.mj_kinematics(model, data)
-        palm, turn = data.xpos[self._palm].copy(), data.xquat[self._palm].copy()
-        placed = np.empty(7)
-        mujoco.mju_rotVecQuat(placed[:3], np.ascontiguousarray(pose[:3]), turn)
-        mujoco.mju_mulQuat(placed[3:], turn, np.ascontiguousarray(pose[3:]))
-        placed[:3] += palm
-        data.qpos[self._free] = placed
+        palm = poses.body_pose(data, self._palm)
+        data.qpos[self._free] = poses.compose(palm, pose)
         mujoco.mj_kinematics(model, data)
         mujoco.mj_collision(model, data)
         axes = data.xmat[self._palm].reshape(3, 3)
-        found = []
-        for k in range(data.ncon):
-            contact = data.contact[k]
-            first, second = contact.geom
-            if self._of_object[first] == self._of_object[second]:
-                continue
-            part = second if self._of_object[first] else first
-            # The contact's first axis points from the first geom to the second.
-            normal = contact.frame[:3] * (1.0 if part == first else -1.0)
-            found.append((self._link[part], axes.T @ (contact.pos - palm), axes.T @ normal))
-        return found
+        return [
+            (self._link[part], axes.T @ (point - palm[:3]), axes.T @ normal)
+            for part, point, normal in contact_points(data, self._of_object)
+        ]
 
 
 @lru_cache(maxsize=16)

@@ -7,10 +7,9 @@ import math
 
 import numpy as np
 
-from sdh_sim.cell.simulation import Cell
-from sdh_sim.objects.catalogue import ObjectInfo
-from sdh_sim.robot.arm import along, arm_kinematics
-from sdh_sim.trial import outcome
+from sdh_sim.cell import Simulation
+from sdh_sim.robot import along, arm_kinematics
+from sdh_sim.trial.outcome import Motion, watch
 
 TURN = math.radians(120)  # of the wrist, either way
 TURN_TIME = 1.5  # [s] for 120 degrees
@@ -18,46 +17,37 @@ SHAKE_AMPLITUDE, SHAKE_FREQUENCY, SHAKE_TIME = 0.02, 2.0, 2.0  # [m], [Hz], [s];
 STILL = 0.5  # [s] to wait at the end
 
 
-def disturb(cell: Cell, thing: ObjectInfo, kind: str) -> tuple[float, float, bool]:
+def disturb(simulation: Simulation, kind: str) -> Motion:
     """Turn (``turn``: joint 6 by +120, -120 and back) or shake (``shake``: along the hand's x).
 
     Args:
-        cell: with the object lifted.
-        thing: the object.
+        simulation: with the object lifted.
         kind: ``turn`` or ``shake``.
 
     Returns:
-        greatest displacement [mm] and rotation [deg] of the object in the hand since the start,
-        and whether it ended on the table or left the hand.
+        motion of the object in the hand since the start.
 
     Raises:
         Diverged: the simulation did.
     """
-    cell.phase = kind
-    start = cell.data.ctrl[cell.scene.arm_motors].copy()
-    before = cell.object_in_hand()
-    moved = turned = 0.0
-    for reference in _turn(start, cell) if kind == "turn" else _shake(start, cell):
-        cell.tick(reference)
-        step = outcome.motion(before, cell.object_in_hand(), thing.com_m)
-        moved, turned = max(moved, step[0]), max(turned, step[1])
-        if moved > outcome.GONE_MM:
-            return moved, turned, True
-    return moved, turned, cell.on_table()
+    simulation.phase = kind
+    start = simulation.data.ctrl[simulation.scene.arm_motors].copy()
+    references = _turn(start, simulation) if kind == "turn" else _shake(start, simulation)
+    return watch(simulation, simulation.object_in_hand(), references)
 
 
-def _turn(start: np.ndarray, cell: Cell) -> list[np.ndarray]:
+def _turn(start: np.ndarray, simulation: Simulation) -> list[np.ndarray]:
     references = []
     corners = [0.0, TURN, -TURN, 0.0]
     for a, b in itertools.pairwise(corners):
         path = np.array([start, start])
         path[:, 5] += (a, b)
-        ticks = round(TURN_TIME * abs(b - a) / TURN / cell.tick_time)
+        ticks = round(TURN_TIME * abs(b - a) / TURN / simulation.tick_time)
         references += [along(path, k / ticks) for k in range(1, ticks + 1)]
-    return references + [references[-1]] * round(STILL / cell.tick_time)
+    return references + [references[-1]] * round(STILL / simulation.tick_time)
 
 
-def _shake(start: np.ndarray, cell: Cell) -> list[np.ndarray]:
+def _shake(start: np.ndarray, simulation: Simulation) -> list[np.ndarray]:
     arm = arm_kinematics()
     position, rotation = arm.palm_pose(start)
     sideways = SHAKE_AMPLITUDE * rotation[:, 0]
@@ -67,11 +57,11 @@ def _shake(start: np.ndarray, cell: Cell) -> list[np.ndarray]:
         ends = [start.copy(), start.copy()]
         ends[0][0] -= swing
         ends[1][0] += swing
-    ticks = round(SHAKE_TIME / cell.tick_time)
+    ticks = round(SHAKE_TIME / simulation.tick_time)
     references = []
     for k in range(1, ticks + 1):
-        t = k * cell.tick_time
+        t = k * simulation.tick_time
         ramp = min(1.0, 2.0 * t, 2.0 * (SHAKE_TIME - t))  # swells and fades over half a second
         s = ramp * math.sin(2 * math.pi * SHAKE_FREQUENCY * t)
         references.append(start + s * ((ends[1] if s > 0 else ends[0]) - start) * np.sign(s))
-    return references + [start] * round(STILL / cell.tick_time)
+    return references + [start] * round(STILL / simulation.tick_time)

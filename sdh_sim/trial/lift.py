@@ -2,42 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from sdh_sim.cell.simulation import Cell
-from sdh_sim.grasping.motion_plan import Course
-from sdh_sim.objects.catalogue import ObjectInfo
-from sdh_sim.robot.arm import along, arm_kinematics
-from sdh_sim.trial import outcome
+from sdh_sim.cell import Simulation
+from sdh_sim.grasping import MotionPlan
+from sdh_sim.robot import along, arm_kinematics
+from sdh_sim.trial.outcome import Motion, watch
 
 LIFT_TIME, HOLD_TIME = 1.5, 2.0  # [s]
 
 
-def lift(
-    cell: Cell, thing: ObjectInfo, course: Course, before: np.ndarray
-) -> tuple[float, float, bool]:
+def lift(simulation: Simulation, motion: MotionPlan, before: np.ndarray) -> Motion:
     """Lift and hold.
 
     Args:
-        cell: at the snapshot.
-        thing: the object.
-        course: with the arm's path.
+        simulation: at the snapshot.
+        motion: with the arm's path.
         before: pose of the object in the hand at the snapshot (7,).
-
-    Returns:
-        greatest displacement [mm] and rotation [deg] of the object in the hand, whether it fell.
 
     Raises:
         Diverged: the simulation did.
     """
-    duration = arm_kinematics().duration(course.lift, LIFT_TIME)
-    moved = turned = 0.0
-    for k in range(1, round((duration + HOLD_TIME) / cell.tick_time) + 1):
-        share = k * cell.tick_time / duration
-        cell.phase = "lift" if share <= 1.0 else "hold"
-        cell.tick(along(course.lift, share))
-        step = outcome.motion(before, cell.object_in_hand(), thing.com_m)
-        moved, turned = max(moved, step[0]), max(turned, step[1])
-        if moved > outcome.GONE_MM:
-            return moved, turned, True
-    return moved, turned, cell.on_table()
+    return watch(simulation, before, _references(simulation, motion))
+
+
+def _references(simulation: Simulation, motion: MotionPlan) -> Iterator[np.ndarray]:
+    duration = arm_kinematics().duration(motion.lift, LIFT_TIME)
+    for k in range(1, round((duration + HOLD_TIME) / simulation.tick_time) + 1):
+        share = k * simulation.tick_time / duration
+        simulation.phase = "lift" if share <= 1.0 else "hold"
+        yield along(motion.lift, share)

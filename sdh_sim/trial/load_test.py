@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
-import mujoco
 import numpy as np
 
-from sdh_sim.cell.simulation import Cell
-from sdh_sim.objects.catalogue import ObjectInfo
-from sdh_sim.sensing.perceived_grasp import GRAVITY
+from sdh_sim.cell import Simulation
+from sdh_sim.poses import rotate
+from sdh_sim.sensing import GRAVITY
 from sdh_sim.trial import outcome
 
 # Motion in the hand since the start of a ramp that counts as giving way [mm, deg]. A grasp that
@@ -50,12 +50,11 @@ class Failure:
     capped: bool
 
 
-def gravity_factor(cell: Cell, thing: ObjectInfo, start: float, speed: float = 1.0) -> Failure:
+def gravity_factor(simulation: Simulation, start: float, speed: float = 1.0) -> Failure:
     """Scale the object's weight from ``start`` upwards until it gives way (q_sim).
 
     Args:
-        cell: at rest with the object in the hand; left anywhere.
-        thing: the object.
+        simulation: at rest with the object in the hand; left anywhere.
         start: 1 with the object's weight in the hand; 0 to take the table away and let the
             weight grow from nothing.
         speed: factor on the rates of the ramps, to show that they do not matter.
@@ -66,88 +65,114 @@ def gravity_factor(cell: Cell, thing: ObjectInfo, start: float, speed: float = 1
     Raises:
         Diverged: the simulation did.
     """
-    cell.phase = "load"
+    simulation.phase = "load"
     if start > 0.0:
-        return _two_ramps(cell, thing, "down", start, start, speed)
-    with cell.without_table():
-        _apply(cell, thing, "down", 0.0 - 1.0)
-        before = cell.object_in_hand()
-        cell.wait(SETTLE)
-        if outcome.gave_way(before, cell.object_in_hand(), thing.com_m, *TAKEN_LIMITS):
+        return _two_ramps(simulation, "down", start, start, speed)
+    with simulation.without_table():
+        _apply(simulation, "down", 0.0 - 1.0)
+        before = simulation.object_in_hand()
+        simulation.wait(SETTLE)
+        taken = _Limit(before, *TAKEN_LIMITS)
+        if taken.exceeded(simulation):
             return Failure(0.0, False)
-        return _two_ramps(cell, thing, "down", 0.0, 1.0, speed, before)
+        return _two_ramps(simulation, "down", 0.0, 1.0, speed, taken)
 
 
-def direction_loads(cell: Cell, thing: ObjectInfo, speed: float = 1.0) -> np.ndarray:
+def direction_loads(simulation: Simulation, speed: float = 1.0) -> np.ndarray:
     """Load at failure along every entry of DIRECTIONS but the first, beside the weight.
 
     Args:
-        cell: at rest with the object lifted; left as it came.
-        thing: the object.
+        simulation: at rest with the object lifted; left as it came.
         speed: as in ``gravity_factor``.
 
     Returns:
         forces [N] and moments [N m] (9,), inf where the cap was reached.
     """
-    cell.phase = "load"
-    state, loads = cell.save(), []
-    weight = thing.mass_kg * GRAVITY
+    simulation.phase = "load"
+    state, loads = simulation.save(), []
+    weight = simulation.scene.obj.mass_kg * GRAVITY
     for name in list(DIRECTIONS)[1:]:
-        cell.restore(state)
-        result = _two_ramps(cell, thing, name, 0.0, 0.0, speed)
+        simulation.restore(state)
+        result = _two_ramps(simulation, name, 0.0, 0.0, speed)
         unit = weight * MOMENT_ARM if name.startswith("m") else weight
         loads.append(math.inf if result.capped else result.load * unit)
-    cell.restore(state)
+    simulation.restore(state)
     return np.array(loads)
 
 
+class _Limit(NamedTuple):
+    """Motion of the object in the hand that counts as giving way.
+
+    Attributes:
+        before: pose in the hand that it counts from (7,).
+        displacement_mm, rotation_deg: greatest motion that is none.
+    """
+
+    before: np.ndarray
+    displacement_mm: float
+    rotation_deg: float
+
+    def exceeded(self, simulation: Simulation) -> bool:
+        """Whether the object has moved further."""
+        now, com = simulation.object_in_hand(), simulation.scene.obj.com_m
+        return outcome.gave_way(self.before, now, com, self.displacement_mm, self.rotation_deg)
+
+
 def _two_ramps(
-    cell: Cell, thing: ObjectInfo, name: str, start: float, carried: float, speed: float,
-    taken: np.ndarray | None = None,
-) -> Failure:  # fmt: skip
+    simulation: Simulation,
+    name: str,
+    start: float,
+    carried: float,
+    speed: float,
+    limit: _Limit | None = None,
+) -> Failure:
     """A quick ramp finds where to look, a slow one from shortly before it finds the load.
 
     Args:
-        cell, thing, name: what and where.
+        simulation: with the object in the hand.
+        name: key of DIRECTIONS.
         start: load at the beginning.
         carried: of the load applied, what gravity does itself.
         speed: factor on both rates.
-        taken: pose at which the object stood when the hand began to take its weight over.
+        limit: what counts as giving way; None counts from here, for a grasp that holds its weight.
     """
-    reference, limits = (
-        (cell.object_in_hand(), HELD_LIMITS) if taken is None else (taken, TAKEN_LIMITS)
-    )
-    marks = [(start, cell.save())]
-    coarse = _ramp(cell, thing, name, start, carried, COARSE * speed, reference, limits, marks)
+    limit = limit or _Limit(simulation.object_in_hand(), *HELD_LIMITS)
+    states = [(start, simulation.save())]
+    coarse = _ramp(simulation, name, start, carried, COARSE * speed, limit, states)
     if coarse.capped:
         return coarse
-    back = max((m for m in marks if m[0] <= STEP_BACK * coarse.load), default=marks[0],
-               key=lambda m: m[0])  # fmt: skip
-    cell.restore(back[1])
-    return _ramp(cell, thing, name, back[0], carried, FINE * speed, reference, limits, None)
+    before = [s for s in states if s[0] <= STEP_BACK * coarse.load]
+    load, state = max(before, default=states[0], key=lambda s: s[0])
+    simulation.restore(state)
+    return _ramp(simulation, name, load, carried, FINE * speed, limit, None)
 
 
 def _ramp(
-    cell: Cell, thing: ObjectInfo, name: str, load: float, carried: float, rate: float,
-    reference: np.ndarray, limits: tuple[float, float],
-    marks: list[tuple[float, np.ndarray]] | None,
-) -> Failure:  # fmt: skip
+    simulation: Simulation,
+    name: str,
+    load: float,
+    carried: float,
+    rate: float,
+    limit: _Limit,
+    states: list[tuple[float, np.ndarray]] | None,
+) -> Failure:
+    """Let the load grow until the object gives way; ``states`` takes states on the way."""
     while load < CAP:
-        load += rate * max(load, 1.0) * cell.tick_time
-        _apply(cell, thing, name, load - carried)
-        cell.tick()
-        if outcome.gave_way(reference, cell.object_in_hand(), thing.com_m, *limits):
+        load += rate * max(load, 1.0) * simulation.tick_time
+        _apply(simulation, name, load - carried)
+        simulation.tick()
+        if limit.exceeded(simulation):
             return Failure(load, False)
-        if marks is not None and load > 1.05 * marks[-1][0] + 0.02:
-            marks.append((load, cell.save()))
+        if states is not None and load > 1.05 * states[-1][0] + 0.02:
+            states.append((load, simulation.save()))
     return Failure(CAP, True)
 
 
-def _apply(cell: Cell, thing: ObjectInfo, name: str, load: float) -> None:
+def _apply(simulation: Simulation, name: str, load: float) -> None:
     """Put a load on the object's centre of mass [weights]."""
-    data, scene = cell.data, cell.scene
-    weight = thing.mass_kg * GRAVITY * load
-    wrench = data.xfrc_applied[scene.object]
+    data, scene = simulation.data, simulation.scene
+    weight = scene.obj.mass_kg * GRAVITY * load
+    wrench = data.xfrc_applied[scene.object_body]
     wrench[:] = 0.0
     direction = DIRECTIONS[name]
     if direction is None:
@@ -156,5 +181,4 @@ def _apply(cell: Cell, thing: ObjectInfo, name: str, load: float) -> None:
     hand = data.xquat[scene.palm]
     unit = np.array(direction, dtype=float) * weight
     unit[3:] *= MOMENT_ARM
-    mujoco.mju_rotVecQuat(wrench[:3], unit[:3], hand)
-    mujoco.mju_rotVecQuat(wrench[3:], unit[3:], hand)
+    wrench[:3], wrench[3:] = rotate(hand, unit[:3]), rotate(hand, unit[3:])

@@ -3,16 +3,34 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+from typing import NamedTuple
 
-import mujoco
 import numpy as np
+
+from sdh_sim import poses
+from sdh_sim.cell import Simulation
 
 MAX_DISPLACEMENT_MM = 10.0
 MAX_ROTATION_DEG = 10.0
 GONE_MM = 80.0  # an object this far from its place in the hand has left it; no need to go on
 
 
-def motion(before: np.ndarray, now: np.ndarray, com: np.ndarray) -> tuple[float, float]:
+class Motion(NamedTuple):
+    """How far an object has moved in the hand, at most, and where it ended.
+
+    Attributes:
+        displacement_mm: of its centre of mass [mm].
+        rotation_deg: [deg].
+        fell: it touches the table at the end, or has left the hand.
+    """
+
+    displacement_mm: float
+    rotation_deg: float
+    fell: bool
+
+
+def moved_between(before: np.ndarray, now: np.ndarray, com: np.ndarray) -> tuple[float, float]:
     """How far an object moved between two poses in the same frame.
 
     Args:
@@ -22,41 +40,48 @@ def motion(before: np.ndarray, now: np.ndarray, com: np.ndarray) -> tuple[float,
     Returns:
         displacement [mm] and rotation [deg].
     """
-    shift = _apply(now, com) - _apply(before, com)
-    cosine = min(1.0, abs(float(before[3:].dot(now[3:]))))
-    return 1e3 * math.hypot(*shift), math.degrees(2.0 * math.acos(cosine))
+    shift = poses.transform(now, com) - poses.transform(before, com)
+    return 1e3 * math.hypot(*shift), math.degrees(poses.turn_between(before, now))
 
 
 def gave_way(
     before: np.ndarray, now: np.ndarray, com: np.ndarray, limit_mm: float, limit_deg: float
 ) -> bool:
-    """Whether the motion between two poses, as in ``motion``, exceeds either limit."""
-    moved, turned = motion(before, now, com)
+    """Whether the motion between two poses, as in ``moved_between``, exceeds either limit."""
+    moved, turned = moved_between(before, now, com)
     return moved > limit_mm or turned > limit_deg
 
 
-def classify(touched: bool, on_table: bool, displacement_mm: float, rotation_deg: float) -> str:
-    """The failure mode, ``none`` for a grasp that held.
+def watch(simulation: Simulation, before: np.ndarray, references: Iterable[np.ndarray]) -> Motion:
+    """Follow references of the arm tick by tick, and watch the object in the hand.
 
     Args:
-        touched: any part of the hand bore on the object at the snapshot.
-        on_table: the object touches the table at the end, or has left the hand.
-        displacement_mm, rotation_deg: greatest motion since the snapshot.
+        simulation: with the object in the hand.
+        before: pose of the object in the hand that motion is counted from (7,).
+        references: of the arm's joints (6,) [rad], one a tick.
+
+    Raises:
+        Diverged: the simulation did.
     """
-    if not touched:
-        return "no_contact"
-    if not (math.isfinite(displacement_mm) and math.isfinite(rotation_deg)):
+    com = simulation.scene.obj.com_m
+    moved = turned = 0.0
+    for reference in references:
+        simulation.tick(reference)
+        step = moved_between(before, simulation.object_in_hand(), com)
+        moved, turned = max(moved, step[0]), max(turned, step[1])
+        if moved > GONE_MM:
+            return Motion(moved, turned, True)
+    return Motion(moved, turned, simulation.on_table())
+
+
+def classify(motion: Motion) -> str:
+    """The failure mode of a grasp that had touched the object, ``none`` where it held."""
+    if not (math.isfinite(motion.displacement_mm) and math.isfinite(motion.rotation_deg)):
         return "unstable_simulation"
-    if on_table:
+    if motion.fell:
         return "dropped"
-    if displacement_mm > MAX_DISPLACEMENT_MM:
+    if motion.displacement_mm > MAX_DISPLACEMENT_MM:
         return "slipped"
-    if rotation_deg > MAX_ROTATION_DEG:
+    if motion.rotation_deg > MAX_ROTATION_DEG:
         return "rotated"
     return "none"
-
-
-def _apply(pose: np.ndarray, point: np.ndarray) -> np.ndarray:
-    moved = np.empty(3)
-    mujoco.mju_rotVecQuat(moved, point, pose[3:])
-    return pose[:3] + moved

@@ -3,220 +3,229 @@
 from __future__ import annotations
 
 import math
-import time
-from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any
+from collections.abc import Iterable
 
 import numpy as np
 
-from sdh_sim.cell.contacts import taxel_forces
-from sdh_sim.cell.scene import Scene, build_scene
-from sdh_sim.cell.simulation import Cell
+from sdh_sim.cell import Observer, Scene, Simulation, scene_of
 from sdh_sim.errors import Diverged
-from sdh_sim.grasping.acquire import acquire
-from sdh_sim.grasping.motion_plan import Course, find_course, place, plan_columns
-from sdh_sim.metrics import user_metrics
-from sdh_sim.metrics.prediction import Prediction, predict
-from sdh_sim.objects.catalogue import ObjectInfo, object_info
-from sdh_sim.robot.hand import HandKinematics
-from sdh_sim.robot.pads import arrays
-from sdh_sim.sensing.snapshot import TactileSnapshot
-from sdh_sim.sensing.tactile_sensor import PRESETS, TactileSensor
-from sdh_sim.sensing.tracking_error import misperceive
+from sdh_sim.grasping import MotionPlan, acquire, place, plan_motion
+from sdh_sim.metrics import Prediction, predict, user_metrics
+from sdh_sim.records import TrialRow
+from sdh_sim.sensing import (
+    TactileFrames,
+    TactileSensor,
+    TactileSnapshot,
+    add_tracking_error,
+    take_snapshot,
+)
+from sdh_sim.sensing.tactile_sensor import PRESETS
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial import load_test, outcome
+from sdh_sim.trial import load_test
 from sdh_sim.trial.disturbance import disturb
 from sdh_sim.trial.lift import lift
-from sdh_sim.trial.repeats import repeat_trial
-from sdh_sim.trial.trial_log import LogWriter, TrialLog
+from sdh_sim.trial.outcome import Motion, classify
 
 # Random streams of a trial beside the plan's own, so that an option changes nothing else.
-_SENSOR, _PERCEPTION, _REPEATS = 1, 2, 3
+_SENSOR, _TRACKING = 1, 2
 
 
-@dataclass(frozen=True)
-class TrialResult:
-    """What a trial leaves.
+class Trial:
+    """One grasp-and-lift, step by step; settings and seed decide it completely.
 
-    Attributes:
-        row: its row of the table.
-        log: its time series, if one was asked for.
-        sim_seconds: simulated time [s].
-        wall_seconds: real time [s].
-        diverged: state after the step in which the simulation diverged, by name; else None.
-    """
-
-    row: dict[str, Any]
-    log: TrialLog | None
-    sim_seconds: float
-    wall_seconds: float
-    diverged: dict[str, np.ndarray] | None = None
-
-
-@lru_cache(maxsize=8)
-def _scene(settings: TrialSettings) -> Scene:
-    return build_scene(settings)
-
-
-@lru_cache(maxsize=1)
-def _hand() -> HandKinematics:
-    return HandKinematics()
-
-
-def run_trial(settings: TrialSettings, seed: int, log: bool = False) -> TrialResult:
-    """Run one trial; settings and seed decide it completely, a log changes nothing.
+    ``acquire``, ``snapshot``, ``lift``, ``disturb``, ``load`` and ``load_directions`` are called in
+    that order, each where it is wanted; ``run`` calls those that the settings ask for. What each
+    finds out is kept in ``row``.
 
     Args:
         settings: object, torque limits and so on.
         seed: of everything random in the trial.
-        log: keep poses, tactile arrays and torques at 30 Hz.
+        scene: to run in; None takes the one of the settings.
+        motion: to run; None draws one from the seed.
+        observers: of the simulation; they change nothing.
+
+    Attributes:
+        settings, seed, scene, motion: as above.
+        simulation: the scene in motion.
+        row: what is known so far.
+        prediction: what the metrics say; None before the snapshot.
+        diverged: state after the step in which the simulation diverged, by name; else None.
 
     Raises:
         SettingsError: no such object.
     """
-    begin = time.perf_counter()
-    scene, thing = _scene(settings), object_info(settings.object, settings.folder)
-    course = find_course(scene, thing, np.random.default_rng(seed))
-    writer = LogWriter(scene) if log else None
-    run = _Run(Cell(scene, writer), thing, course, seed)
-    row = {"object": settings.object, "seed": seed, **plan_columns(course), **run.execute()}
-    if settings.repeats:
-        share = repeat_trial(scene, thing, course, np.random.default_rng((seed, _REPEATS)))
-        low, high = share.interval or (math.nan, math.nan)
-        row |= {"repeats": share.n, "success_probability": share.value}
-        row |= {"success_low": low, "success_high": high}
-    record = writer.finish(row, run.prediction) if writer is not None else None
-    seconds = time.perf_counter() - begin
-    return TrialResult(row, record, run.cell.time, seconds, run.diverged)
 
-
-def cell_before_grasp(settings: TrialSettings, seed: int) -> Cell:
-    """The cell of a trial at its beginning: the object on the table, the open hand before it."""
-    scene, thing = _scene(settings), object_info(settings.object, settings.folder)
-    course = find_course(scene, thing, np.random.default_rng(seed))
-    cell = Cell(scene)
-    place(scene, cell.data, thing, course.plan, course.approach[0], course.opening)
-    return cell
-
-
-class _Run:
-    """One simulation from the table to the verdict and the tests after it."""
-
-    def __init__(self, cell: Cell, thing: ObjectInfo, course: Course, seed: int) -> None:
-        self.cell, self.thing, self.course, self.seed = cell, thing, course, seed
-        self.settings = cell.scene.settings
+    def __init__(
+        self,
+        settings: TrialSettings,
+        seed: int,
+        *,
+        scene: Scene | None = None,
+        motion: MotionPlan | None = None,
+        observers: Iterable[Observer] = (),
+    ) -> None:
+        self.settings, self.seed = settings, seed
+        self.scene = scene or scene_of(settings)
+        self.motion = motion or plan_motion(self.scene, np.random.default_rng(seed))
+        self.simulation = Simulation(self.scene, observers)
         self.prediction: Prediction | None = None
         self.diverged: dict[str, np.ndarray] | None = None
-        self.row: dict[str, Any] = {
-            "mass_kg": thing.mass_kg,
-            "friction": thing.friction,
-            "torque_limit_nm": cell.limits,
-            "failure": "unstable_simulation",
-        }
-
-    def execute(self) -> dict[str, Any]:
-        """Run it all; columns of what did not happen are missing."""
-        try:
-            self._to_verdict()
-        except Diverged:
-            self.diverged = self.cell.state()
-            self.row["failure"] = "unstable_simulation"
-            self.row["displacement_mm"] = self.row["rotation_deg"] = math.nan
-        self.row |= {
-            "success": self.row["failure"] == "none",
-            "peak_torque_nm": self.cell.peak,
-            "sim_seconds": self.cell.time,
-        }
-        return self.row
-
-    def _to_verdict(self) -> None:
-        cell, thing, row = self.cell, self.thing, self.row
-        cell.sensor = TactileSensor(PRESETS[self.settings.sensor], self._rng(_SENSOR))
-        acquire(cell, thing, self.course)
-        snapshot = self._snapshot()
-        cell.sensor = None
-        grasped = cell.save()
-        if not row["sensed_force_n"] and not row["unsensed_force_n"]:
-            row["failure"] = "no_contact"
-            if self.settings.load_test != "none":
-                row |= {"q_sim": 0.0, "q_sim_capped": False}
-            return
-        moved, turned, fell = lift(cell, thing, self.course, snapshot.object_pose_hand)
-        row |= {"displacement_mm": moved, "rotation_deg": turned}
-        failure = outcome.classify(True, fell, moved, turned)
-        if failure == "none":
-            self._after_lift(cell.save())
-        elif self.settings.load_test != "none":
-            cell.restore(grasped)
-            self._gravity_load(0.0)
-        # Last, since a diverged test after it would leave the verdict in doubt.
-        row["failure"] = failure
-
-    def _after_lift(self, lifted: np.ndarray) -> None:
-        cell, thing, row = self.cell, self.thing, self.row
-        if self.settings.disturbance != "none":
-            moved, turned, fell = disturb(cell, thing, self.settings.disturbance)
-            row |= {
-                "disturbance_failure": outcome.classify(True, fell, moved, turned),
-                "disturbance_displacement_mm": moved,
-                "disturbance_rotation_deg": turned,
-            }
-            cell.restore(lifted)
-        if self.settings.load_test == "directions":
-            row["load_at_failure"] = load_test.direction_loads(cell, thing)
-        if self.settings.load_test != "none":
-            self._gravity_load(1.0)
-
-    def _gravity_load(self, start: float) -> None:
-        result = load_test.gravity_factor(self.cell, self.thing, start)
-        self.row |= {"q_sim": result.load, "q_sim_capped": result.capped}
-
-    def _snapshot(self) -> TactileSnapshot:
-        cell, row = self.cell, self.row
-        snapshot = take_snapshot(cell)
-        sensed, unsensed = cell.hand_touch()
-        row |= {
-            "tactile_proximal": snapshot.proximal,
-            "tactile_distal": snapshot.distal,
-            "joint_angles_rad": snapshot.joint_angles,
-            "motor_torque_nm": snapshot.motor_torques,
-            "object_pose_hand": snapshot.object_pose_hand,
-            "hand_pose_world": snapshot.hand_pose_world,
-            "sensed_force_n": sensed,
-            "unsensed_force_n": unsensed,
-            "unsensed_contact": unsensed > 0.0,
-        }
-        seen, known = misperceive(snapshot, self.thing, self.settings, self._rng(_PERCEPTION))
-        row |= {
-            "perceived_pose_hand": seen.object_pose_hand,
-            "perceived_mass_kg": known.mass_kg,
-            "perceived_friction": known.friction,
-        }
-        settings = self.settings
-        self.prediction = predict(seen, known, settings.torque_limit, settings.pads, _hand())
-        row |= self.prediction.values
-        row |= user_metrics.evaluate(self.prediction.grasp, settings.metrics)
-        row |= {"q_reason": self.prediction.reason, "contacts": len(self.prediction.contacts)}
-        return snapshot
+        self.row = TrialRow(object=settings.object, seed=seed)
+        self._sensor = TactileSensor(PRESETS[settings.sensor], self._rng(_SENSOR))
+        self._grasped: np.ndarray | None = None
+        self._lifted: np.ndarray | None = None
+        self._now: np.ndarray | None = None  # which of the two the simulation is at, if any
 
     def _rng(self, stream: int) -> np.random.Generator:
         return np.random.default_rng((self.seed, stream))
 
+    def place(self) -> None:
+        """The beginning: the object on the table, the open hand before it."""
+        motion = self.motion
+        place(self.scene, self.simulation.data, motion.grasp, motion.approach[0], motion.opening)
 
-def take_snapshot(cell: Cell) -> TactileSnapshot:
-    """What the hand senses now; a cell without sensor is read by an ideal one."""
-    data, scene = cell.data, cell.scene
-    sensor = cell.sensor
-    if sensor is None:
-        sensor = TactileSensor(None, np.random.default_rng(0))
-        sensor.frame(taxel_forces(scene, data))
-    proximal, distal = arrays(sensor.read())
-    return TactileSnapshot(
-        proximal=proximal,
-        distal=distal,
-        joint_angles=data.qpos[scene.motor_qpos].copy(),
-        motor_torques=data.actuator_force[scene.motors].copy(),
-        object_pose_hand=cell.object_in_hand(),
-        hand_pose_world=np.concatenate((data.xpos[scene.palm], data.xquat[scene.palm])),
-    )
+    def acquire(self) -> None:
+        """Grasp the object and come to rest, the tactile arrays watched; raises Diverged."""
+        with self.simulation.observed_by(TactileFrames(self._sensor)):
+            acquire(self.simulation, self.motion)
+        self._grasped = self._now = self.simulation.save()
+
+    @property
+    def touched(self) -> bool:
+        """Whether any part of the hand bears on the object now."""
+        return sum(self.simulation.hand_force()) > 0.0
+
+    def snapshot(self) -> TactileSnapshot:
+        """What the hand senses after ``acquire``, and what the metrics say of it."""
+        snapshot = take_snapshot(self.simulation, self._sensor)
+        row, settings = self.row, self.settings
+        row.tactile_proximal, row.tactile_distal = snapshot.proximal, snapshot.distal
+        row.joint_angles_rad = snapshot.joint_angles
+        row.motor_torque_nm = snapshot.motor_torques
+        row.object_pose_hand = snapshot.object_pose_hand
+        row.hand_pose_world = snapshot.hand_pose_world
+        row.sensed_force_n, row.unsensed_force_n = self.simulation.hand_force()
+        row.unsensed_contact = row.unsensed_force_n > 0.0
+        seen, known = add_tracking_error(snapshot, self.scene.obj, settings, self._rng(_TRACKING))
+        row.perceived_pose_hand = seen.object_pose_hand
+        row.perceived_mass_kg, row.perceived_friction = known.mass_kg, known.friction
+        self.prediction = predict(seen, known, settings.torque_limit, settings.pads)
+        row.update(self.prediction.values)
+        row.update(user_metrics.evaluate_user_metrics(self.prediction.grasp, settings.metrics))
+        row.q_reason = self.prediction.reason
+        row.contacts = len(self.prediction.contacts)
+        return snapshot
+
+    def lift(self) -> Motion:
+        """Lift and hold after ``acquire``; the motion in the hand since then. Raises Diverged."""
+        motion = lift(self.simulation, self.motion, self.simulation.object_in_hand())
+        self.row.displacement_mm, self.row.rotation_deg = motion[:2]
+        self._lifted = self._now = self.simulation.save()
+        return motion
+
+    def disturb(self) -> Motion:
+        """Turn or shake the lifted hand, as the settings say; raises Diverged."""
+        self._go_to(self._lifted)
+        motion = disturb(self.simulation, self.settings.disturbance)
+        self.row.disturbance_failure = classify(motion)
+        self.row.disturbance_displacement_mm = motion.displacement_mm
+        self.row.disturbance_rotation_deg = motion.rotation_deg
+        return motion
+
+    def load(self, held: bool, speed: float = 1.0) -> load_test.Failure:
+        """Scale the object's weight until it gives way (q_sim).
+
+        Args:
+            held: go on from the lifted object; otherwise from the grasp on the table, which is
+                taken away, with no weight at first.
+            speed: factor on the rates at which the load grows.
+
+        Raises:
+            Diverged: the simulation did.
+        """
+        self._go_to(self._lifted if held else self._grasped)
+        result = load_test.gravity_factor(self.simulation, 1.0 if held else 0.0, speed)
+        self.row.q_sim, self.row.q_sim_capped = result.load, result.capped
+        return result
+
+    def load_directions(self, speed: float = 1.0) -> np.ndarray:
+        """Loads [N, N m] (9,) at which the lifted object gives way along each direction of
+        ``load_test.DIRECTIONS``, inf where it never does; raises Diverged."""
+        self._go_to(self._lifted)
+        loads = load_test.direction_loads(self.simulation, speed)
+        self._now = self._lifted  # where it leaves the simulation
+        self.row.load_at_failure = loads
+        return loads
+
+    def _go_to(self, state: np.ndarray | None) -> None:
+        """Bring the simulation to a state before something leads it away from there.
+
+        Where it is there already nothing is restored: that would start the contact solver from
+        other accelerations, and change last bits.
+        """
+        if state is None:
+            raise RuntimeError("the trial has not come that far: acquire and lift come first")
+        if state is not self._now:
+            self.simulation.restore(state)
+        self._now = None
+
+    def grasp_and_lift(self) -> tuple[str, Motion]:
+        """The bare trial, without snapshot or tests: how it failed (``none``: it held).
+
+        Returns:
+            the failure, and the motion in the hand: NaN where there was no contact or the
+            simulation diverged.
+        """
+        try:
+            self.acquire()
+            if not self.touched:
+                return "no_contact", Motion(math.nan, math.nan, True)
+            motion = self.lift()
+        except Diverged:
+            return "unstable_simulation", Motion(math.nan, math.nan, True)
+        return classify(motion), motion
+
+    def run(self) -> TrialRow:
+        """The whole trial, but for its copies; columns of what did not happen stay None."""
+        row = self.row
+        self._describe()
+        try:
+            row.failure = self._to_verdict()
+        except Diverged:
+            self.diverged = self.simulation.state()
+            row.failure = "unstable_simulation"
+            row.displacement_mm = row.rotation_deg = math.nan
+        row.success = row.failure == "none"
+        row.peak_torque_nm = self.simulation.peak
+        row.sim_seconds = self.simulation.time
+        return row
+
+    def _to_verdict(self) -> str:
+        loaded = self.settings.load_test != "none"
+        self.acquire()
+        self.snapshot()
+        if not self.touched:
+            if loaded:
+                self.row.q_sim, self.row.q_sim_capped = 0.0, False
+            return "no_contact"
+        failure = classify(self.lift())
+        held = failure == "none"
+        if held and self.settings.disturbance != "none":
+            self.disturb()
+        if held and self.settings.load_test == "directions":
+            self.load_directions()
+        if loaded:
+            self.load(held)
+        return failure
+
+    def _describe(self) -> None:
+        """What the row says of the object, the limits and the plan."""
+        row, obj, motion, grasp = self.row, self.scene.obj, self.motion, self.motion.grasp
+        row.mass_kg, row.friction = obj.mass_kg, obj.friction
+        row.torque_limit_nm = self.simulation.limits
+        row.approach, row.preshape = grasp.approach, grasp.preshape
+        row.plan_azimuth_rad, row.plan_roll_rad = grasp.azimuth, grasp.roll
+        row.plan_tilt_rad = grasp.tilt
+        row.plan_height_m, row.plan_depth_m = grasp.height, grasp.depth
+        row.plan_offset_m, row.object_yaw_rad = grasp.offset, grasp.object_yaw
+        row.resampled_unreachable, row.resampled_colliding = motion.unreachable, motion.colliding

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import mujoco
 import numpy as np
 
-from sdh_sim.cell.contacts import contact_arrows, taxel_forces
-from sdh_sim.cell.scene import Scene
-from sdh_sim.metrics.prediction import Prediction
+from sdh_sim.cell import Scene
+from sdh_sim.cell.contacts import forces_on_object, taxel_forces
+from sdh_sim.metrics import Prediction
+from sdh_sim.records import TrialRow
 
 RATE = 30.0  # [Hz]
 
@@ -36,7 +36,7 @@ class TrialLog:
     """
 
     scene: Scene
-    row: dict[str, Any]
+    row: TrialRow
     prediction: Prediction | None
     time: np.ndarray
     phase: tuple[str, ...]
@@ -52,39 +52,38 @@ class TrialLog:
 
 @dataclass
 class LogWriter:
-    """Collects samples; ``sample`` may be called as often as one likes."""
+    """An observer of a simulation that takes a sample when one is due."""
 
-    scene: Scene
     _rows: dict[str, list] = field(default_factory=dict)
     _next: float = 0.0
 
-    def sample(self, data: mujoco.MjData, phase: str) -> None:
+    def after_tick(self, scene: Scene, data: mujoco.MjData, phase: str) -> None:
         """Take a sample when one is due."""
         if data.time < self._next:
             return
         self._next += 1.0 / RATE
-        points, forces = contact_arrows(self.scene, data)
+        points, forces = forces_on_object(scene, data)
         values = {
             "time": float(data.time),
             "phase": phase,
             "qpos": data.qpos.copy(),
             "body_position": data.xpos.copy(),
             "body_quat": data.xquat.copy(),
-            "tactile": taxel_forces(self.scene, data),
-            "motor_torque": data.actuator_force[self.scene.motors].copy(),
-            "object_height": float(data.xpos[self.scene.object, 2]),
+            "tactile": taxel_forces(scene, data),
+            "motor_torque": data.actuator_force[scene.motors].copy(),
+            "object_height": float(data.xpos[scene.object_body, 2]),
             "contact_points": points,
             "contact_forces": forces,
         }
         for key, value in values.items():
             self._rows.setdefault(key, []).append(value)
 
-    def finish(self, row: dict[str, Any], prediction: Prediction | None) -> TrialLog:
+    def finish(self, scene: Scene, row: TrialRow, prediction: Prediction | None) -> TrialLog:
         """The log so far."""
         rows = self._rows
         height = np.array(rows["object_height"])
         return TrialLog(
-            scene=self.scene,
+            scene=scene,
             row=row,
             prediction=prediction,
             time=np.array(rows["time"]),

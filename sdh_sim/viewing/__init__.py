@@ -1,0 +1,1 @@
+"""Pictures, films and rerun recordings of a trial; import from the files."""

@@ -1,4 +1,4 @@
-"""The visible shapes of a scene, logged once below one entity per body."""
+"""The visible shapes of a scene in a recording, logged once, each below its body."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import mujoco
 import numpy as np
 import rerun as rr
 
-from sdh_sim.cell.scene import Scene
+from sdh_sim.cell import Scene
 
 SHOWN_GROUPS = (0, 1, 2)  # MuJoCo's convention: collision shapes are in 3, taxels in 4
-OBJECT_ALPHA = 0.35  # seen through, so that arrows and pads behind the object show
+OBJECT_ALPHA = 0.35  # transparent, so that arrows and pads behind the object show
 
 
 def body_path(model: mujoco.MjModel, body: int) -> str:
@@ -25,7 +25,7 @@ def log_geometry(stream: rr.RecordingStream, scene: Scene) -> None:
         if model.geom_group[geom] not in SHOWN_GROUPS:
             continue
         color = geom_color(model, geom)
-        if model.geom_bodyid[geom] == scene.object:
+        if model.geom_bodyid[geom] == scene.object_body:
             color[3] = OBJECT_ALPHA
         kind = model.geom_type[geom]
         if kind == mujoco.mjtGeom.mjGEOM_MESH:

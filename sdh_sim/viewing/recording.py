@@ -1,4 +1,4 @@
-"""Trials as rerun recordings: geometry once, then columns of what moved, pushed and was felt."""
+"""Trials as rerun recordings: geometry once, then poses, forces and tactile images over time."""
 
 from __future__ import annotations
 
@@ -16,29 +16,28 @@ import rerun as rr
 
 from sdh_sim.atomic_files import write_atomic
 from sdh_sim.errors import RunError
-from sdh_sim.objects.catalogue import object_info
+from sdh_sim.robot import MOTOR_NAMES, PAD_NAMES, arrays, live_mask, taxel_centres, torque_limits
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.hand import MOTOR_NAMES, torque_limits
-from sdh_sim.robot.pads import PAD_NAMES, arrays, live_mask, taxel_centres
-from sdh_sim.trial.trial_log import TrialLog
+from sdh_sim.trial import TrialLog
 from sdh_sim.viewing.geometry import body_path, log_geometry
-from sdh_sim.viewing.layout import (  # fmt: skip
+from sdh_sim.viewing.layout import blueprint
+from sdh_sim.viewing.perceived_contacts import least_effort_forces, log_contacts
+from sdh_sim.viewing.style import (
     FORCE_SCALE,
     FULL_SCALE,
     LIMIT_SCALE,
     MOTOR_COLORS,
     SERIES_OF_LIMIT,
     TIMELINE,
-    blueprint,
     heat_colors,
 )
 from sdh_sim.viewing.verdict_text import verdict_markdown
-from sdh_sim.viewing.wrench_space import cones, log_wrench_space
+from sdh_sim.viewing.wrench_space import log_wrench_space
 
 APPLICATION = "sdh-sim"
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET")
-VIEWER_TIMEOUT = 30.0  # for a viewer to take a trial's data [s]
-FORCE_COLOR, CONTACT_COLOR = (230, 40, 60), (30, 110, 255)
+VIEWER_TIMEOUT = 30.0  # for a viewer to receive a trial's data [s]
+FORCE_COLOR = (230, 40, 60)
 
 
 def write_recording(log: TrialLog, path: Path) -> None:
@@ -87,8 +86,8 @@ def write_recordings(logs: Iterable[TrialLog], path: Path) -> None:
 def recording_bytes(log: TrialLog) -> bytes:
     """The recording of a trial as the bytes of a file."""
     stream = rr.RecordingStream(APPLICATION, recording_id=recording_id(log))
-    # The stream's own file sink reports a full disk on standard error only, so the bytes come
-    # here and are written in a way that raises.
+    # The stream's own file sink reports a full disk on standard error only; bytes in memory can be
+    # written in a way that raises.
     sink = stream.binary_stream()
     stream.send_blueprint(blueprint(log))
     log_trial(stream, log)
@@ -127,7 +126,7 @@ def spawn_viewer(log: TrialLog) -> None:
 
 
 def recording_id(log: TrialLog) -> str:
-    """A name that the same trial has again and another has not; a viewer merges equal names."""
+    """A name of this trial alone, the same each time; a viewer merges recordings of one name."""
     digest = hashlib.sha256(repr(log.scene.settings).encode()).hexdigest()[:8]
     return f"{log.row['object']}-seed{log.row['seed']}-{digest}"
 
@@ -137,36 +136,44 @@ def log_trial(stream: rr.RecordingStream, log: TrialLog) -> None:
     row = log.row
     outcome = "held" if row["success"] else row["failure"]
     stream.send_recording_name(f"{row['object']}, seed {row['seed']}: {outcome}")
-    stream.send_property("trial", rr.AnyValues(**_facts(log)))
+    stream.send_property("trial", rr.AnyValues(**_properties(log)))
     log_geometry(stream, log.scene)
     _log_poses(stream, log)
-    _log_touch(stream, log)
+    _log_tactile(stream, log)
     _log_forces(stream, log)
-    _log_prediction(stream, log)
+    least = None if log.prediction is None else least_effort_forces(log.prediction.grasp)
+    if log.prediction is not None and log.prediction.contacts:
+        _set_to_snapshot(stream, log)
+        body = body_path(log.scene.model, log.scene.object_body)
+        log_contacts(stream, body, log.prediction.contacts, least, log.scene.obj.com_m)
+        log_wrench_space(stream, log.prediction)
     _log_series(stream, log)
     _log_phases(stream, log)
-    text = rr.TextDocument(verdict_markdown(log), media_type="text/markdown")
+    text = rr.TextDocument(verdict_markdown(log, least), media_type="text/markdown")
     stream.log("verdict", text, static=True)
 
 
-def _facts(log: TrialLog) -> dict[str, Any]:
+def _properties(log: TrialLog) -> dict[str, Any]:
+    """Values of the row and scales of the arrows, by name."""
     keys = (
         "object", "seed", "success", "failure", "displacement_mm", "rotation_deg", "q_linf",
         "q_l1", "q_reason", "contacts", "mass_kg", "friction", "approach", "preshape",
         "sim_seconds",
     )  # fmt: skip
-    facts = {key: log.row[key] for key in keys if log.row.get(key) is not None}
-    facts["torque_limit_nm"] = list(log.scene.settings.torque_limit)
-    facts["force_arrow_m_per_n"] = FORCE_SCALE
-    facts["g_arrow_m_per_n"] = LIMIT_SCALE
-    return facts
+    values = {key: log.row[key] for key in keys if log.row.get(key) is not None}
+    values["torque_limit_nm"] = list(log.scene.settings.torque_limit)
+    values["force_arrow_m_per_n"] = FORCE_SCALE
+    values["g_arrow_m_per_n"] = LIMIT_SCALE
+    return values
 
 
 def _times(log: TrialLog) -> rr.TimeColumn:
+    """Times of the samples."""
     return rr.TimeColumn(TIMELINE, duration=log.time)
 
 
 def _log_poses(stream: rr.RecordingStream, log: TrialLog) -> None:
+    """Poses of all bodies in the world."""
     model = log.scene.model
     quat = log.body_quat[:, :, [1, 2, 3, 0]]  # MuJoCo has w first, rerun last
     for body in range(1, model.nbody):
@@ -181,8 +188,8 @@ def _log_poses(stream: rr.RecordingStream, log: TrialLog) -> None:
             stream.send_columns(path, [_times(log)], columns)
 
 
-def _log_touch(stream: rr.RecordingStream, log: TrialLog) -> None:
-    """Per pad an image of forces [N], and the taxels as coloured points on the link."""
+def _log_tactile(stream: rr.RecordingStream, log: TrialLog) -> None:
+    """For each pad an image of forces [N], and its taxels as coloured points on the link."""
     frames = [arrays(sample) for sample in log.tactile]
     for index, (_finger, kind) in enumerate(c.PADS):
         which = 0 if kind == "proximal" else 1
@@ -213,7 +220,7 @@ def _log_touch(stream: rr.RecordingStream, log: TrialLog) -> None:
 
 
 def _log_forces(stream: rr.RecordingStream, log: TrialLog) -> None:
-    """Forces on the object, arrows from the contact into the object, which is seen through."""
+    """Forces on the object: arrows from the contacts into the object, which is transparent."""
     lengths = [len(points) for points in log.contact_points]
     forces = np.concatenate(log.contact_forces) * FORCE_SCALE
     points = np.concatenate(log.contact_points)
@@ -223,33 +230,14 @@ def _log_forces(stream: rr.RecordingStream, log: TrialLog) -> None:
     stream.send_columns(path, [_times(log)], columns.partition(lengths))
 
 
-def _log_prediction(stream: rr.RecordingStream, log: TrialLog) -> None:
-    """What the prediction used, from the snapshot on: normals as long as g*, cones, spaces."""
-    if log.prediction is None or not log.prediction.contacts:
-        return
-    contacts = [pad.contact for pad in log.prediction.contacts]
-    normals = np.array([k.normal * k.max_normal_force * LIMIT_SCALE for k in contacts])
-    # The prediction's frame is the object's, moved to the centre of mass.
-    settings = log.scene.settings
-    com = object_info(settings.object, settings.folder).com_m
-    at = np.array([k.position for k in contacts]) + com
+def _set_to_snapshot(stream: rr.RecordingStream, log: TrialLog) -> None:
+    """Set the stream's time to that of the snapshot, where the lift begins."""
     lift = next((k for k, name in enumerate(log.phase) if name == "lift"), len(log.time) - 1)
     stream.set_time(TIMELINE, duration=float(log.time[lift]))
-    thing = body_path(log.scene.model, log.scene.object)
-    stream.log(f"{thing}/friction_cones", cones(log.prediction.contacts, com))
-    log_wrench_space(stream, log.prediction)
-    stream.log(
-        f"{thing}/predicted_contacts",
-        rr.Arrows3D(
-            origins=at - normals, vectors=normals, colors=CONTACT_COLOR, radii=0.0012,
-            labels=[f"{p.pad} g* {p.contact.max_normal_force:.1f} N"
-                    for p in log.prediction.contacts],
-            show_labels=False,
-        ),
-    )  # fmt: skip
 
 
 def _log_series(stream: rr.RecordingStream, log: TrialLog) -> None:
+    """Motor torques [N m] with their limits, and the object's height [mm]."""
     for index, name in enumerate(MOTOR_NAMES):
         path = f"torque/{name}"
         style = rr.SeriesLines(colors=MOTOR_COLORS[index], names=name, widths=1.5)
@@ -272,6 +260,7 @@ def _log_series(stream: rr.RecordingStream, log: TrialLog) -> None:
 
 
 def _log_phases(stream: rr.RecordingStream, log: TrialLog) -> None:
+    """Where phases begin, and the outcome at the end."""
     starts = [k for k in range(len(log.phase)) if k == 0 or log.phase[k] != log.phase[k - 1]]
     texts = [log.phase[k] for k in starts]
     outcome = "held" if log.row["success"] else f"failed: {log.row['failure']}"

@@ -12,7 +12,8 @@ from PIL import Image
 
 from sdh_sim.atomic_files import atomic_file
 from sdh_sim.errors import RenderError
-from sdh_sim.trial.trial_log import RATE, TrialLog
+from sdh_sim.trial import TrialLog
+from sdh_sim.trial.trial_log import RATE
 
 SIZE = (960, 720)
 AZIMUTH = 125.0  # [deg]
@@ -47,7 +48,7 @@ def draw_frames(
     model.vis.global_.offheight = max(model.vis.global_.offheight, height)
     try:
         renderer = mujoco.Renderer(model, height, width)
-    except Exception as error:  # the backends raise what they like
+    except Exception as error:  # the backends raise errors of many types
         raise RenderError(
             f"no headless OpenGL ({type(error).__name__}: {error}); install EGL "
             "(Debian: libegl1 libgl1-mesa-dri) or OSMesa (libosmesa6, with MUJOCO_GL=osmesa)"
@@ -63,7 +64,7 @@ def draw_frames(
             mujoco.mj_kinematics(model, data)
             mujoco.mj_comPos(model, data)
             mujoco.mj_camlight(model, data)
-            camera.lookat[:] = 0.5 * (data.xpos[log.scene.object] + data.xpos[log.scene.palm])
+            camera.lookat[:] = 0.5 * (data.xpos[log.scene.object_body] + data.xpos[log.scene.palm])
             camera.lookat[:] += LOOK_OFFSET
             renderer.update_scene(data, camera, options)
             renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
@@ -72,7 +73,7 @@ def draw_frames(
 
 
 def milestones(log: TrialLog) -> list[int]:
-    """Samples at the pre-grasp, the snapshot and the end."""
+    """Indices of the samples at the pre-grasp, the snapshot and the end."""
     phases = np.array(log.phase)
     chosen = []
     for phase in ("approach", "rest"):
@@ -98,7 +99,7 @@ def render_trial(
 
 
 def video_writer() -> ModuleType:
-    """PyAV, which writes films.
+    """The module PyAV, which writes films.
 
     Raises:
         RenderError: it is not installed.
@@ -122,8 +123,8 @@ def film(log: TrialLog, path: Path, size: tuple[int, int] = SIZE, azimuth: float
         stream = container.add_stream("libx264", rate=round(RATE))
         stream.width, stream.height = size
         stream.pix_fmt = "yuv420p"
-        moments = range(len(log.time))
-        for picture in draw_frames(log, moments, size, azimuth, shadows=False):
+        samples = range(len(log.time))
+        for picture in draw_frames(log, samples, size, azimuth, shadows=False):
             frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
             container.mux(stream.encode(frame))
         container.mux(stream.encode())

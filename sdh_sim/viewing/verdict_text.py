@@ -1,23 +1,38 @@
-"""The verdict on a trial in words."""
+"""The prediction and the outcome of a trial as text."""
 
 from __future__ import annotations
 
 import math
 
-from sdh_sim.trial.trial_log import TrialLog
-from sdh_sim.viewing.layout import FORCE_SCALE, LIMIT_SCALE
+import numpy as np
+
+import graspq as gq
+from sdh_sim.trial import TrialLog
+from sdh_sim.viewing.style import FORCE_SCALE, LIMIT_SCALE
 
 
-def verdict_markdown(log: TrialLog) -> str:
-    """What was predicted and what happened, as Markdown."""
+def verdict_markdown(log: TrialLog, least: gq.ContactForces | None) -> str:
+    """The prediction and the outcome, as Markdown.
+
+    Args:
+        log: of the trial.
+        least: contact forces of least effort that bear the weight; None where there are none.
+    """
     row = log.row
     limit = log.scene.settings.torque_limit
     outcome = "held" if row["success"] else f"failed: {row['failure']}"
-    contacts = "-"
+    contacts = forces = "-"
     if log.prediction is not None and log.prediction.contacts:
         contacts = ", ".join(
             f"{p.pad} {p.contact.max_normal_force:.1f} N" for p in log.prediction.contacts
         )
+        forces = "none within friction and motor torques"
+        if least is not None:
+            sizes = np.linalg.norm(least.wrenches[:, :3], axis=1)
+            forces = ", ".join(
+                f"{p.pad} {size:.1f} N"
+                for p, size in zip(log.prediction.contacts, sizes, strict=True)
+            )
     facts = [
         ("object", f"{row['object']}, {row['mass_kg']:.3f} kg, friction {row['friction']:.2f}, "
                    f"seed {row['seed']}"),
@@ -26,6 +41,7 @@ def verdict_markdown(log: TrialLog) -> str:
         ("q* L∞, q* L1", f"{_number(row.get('q_linf'))}, {_number(row.get('q_l1'))}"
                          + (f" ({row['q_reason']})" if row.get("q_reason") else "")),
         ("contacts, g*", contacts),
+        ("forces of least effort for the weight", forces),
         ("torque limit", f"{limit[0]:.3f} N m, distal {limit[1]:.3f} N m"),
         ("plan", f"{row['approach']}, {row['preshape']}, height {row['plan_height_m'] * 1e3:.0f} "
                  f"mm, roll {math.degrees(row['plan_roll_rad']):.0f}°, "
@@ -37,9 +53,10 @@ def verdict_markdown(log: TrialLog) -> str:
         "",
         "A value of q* above 1 predicts that the object is held. Arrows: red are contact forces, "
         f"{FORCE_SCALE * 1e3:.0f} mm/N; blue are the contacts of the prediction, as long as their "
-        f"g*, {LIMIT_SCALE * 1e3:.0f} mm/N, with their friction cones. The wrench space shows the "
-        "forces that the contacts can exert on the object, L1 (orange) inside L∞ (blue), and the "
-        "weight (red).",
+        f"g*, {LIMIT_SCALE * 1e3:.0f} mm/N, with their friction cones; yellow, of the same scale, "
+        "are the contact forces of least effort that would bear the weight. The wrench space shows "
+        "the forces that the contacts can exert on the object, L1 (orange) inside L∞ (blue), and "
+        "the weight (red).",
     ]
     return "\n".join(lines)
 

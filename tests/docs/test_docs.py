@@ -15,14 +15,12 @@ import typer.main
 import yaml
 
 from sdh_sim import __version__
-from sdh_sim.campaign.campaign import run_campaign
+from sdh_sim.campaign import run_campaign
 from sdh_sim.cli.app import app
-from sdh_sim.records.parquet_files import read_rows
-from sdh_sim.records.rows import normalise
-from sdh_sim.records.schema import COLUMNS
-from sdh_sim.runs.plan import RunPlan
+from sdh_sim.records import COLUMNS, TrialRow, normalise, read_rows
+from sdh_sim.runs import RunPlan
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.trial import run_trial
+from sdh_sim.trial import run_trial
 from tests.support.doc_blocks import blocks, words
 from tests.support.repository import ROOT
 
@@ -92,7 +90,7 @@ def test_the_card_agrees_with_the_schema(column):
 FREE = {"volume_linf", "volume_l1"}  # null above three contacts
 
 
-def filled(row: dict) -> set[str]:
+def filled(row: TrialRow) -> set[str]:
     return {column for column, value in row.items() if value is not None} - FREE
 
 
@@ -137,8 +135,9 @@ def test_the_commands_of_a_page_exist(page):
     for line in commands(page):
         words_of = shlex.split(line)
         if words_of[0] == "python":
-            module = words_of[2].removeprefix("experiments.")
-            assert module == "NAME" or (ROOT / "experiments" / f"{module}.py").is_file(), line
+            place = ROOT / words_of[2].replace(".", "/")
+            files = (place.with_suffix(".py"), place / "__main__.py")
+            assert place.name == "NAME" or any(file.is_file() for file in files), line
             continue
         assert words_of[1] in known, line
         options = {o for p in known[words_of[1]].params for o in (*p.opts, *p.secondary_opts)}

@@ -23,8 +23,8 @@ def run(*arguments):
         ("experiments.table1", "--reference", "nowhere.npz"),
         ("experiments.table1", "--out", "pyproject.toml"),
         ("experiments.table1", "--grasps", "many"),
-        ("experiments.benchmark_metrics", "--hulls", "0"),
-        ("experiments.benchmark_metrics", "--fast"),
+        ("experiments.benchmarks.metrics", "--hulls", "0"),
+        ("experiments.benchmarks.metrics", "--fast"),
     ],
 )
 def test_bad_command_lines_say_what_is_wrong_in_one_line(arguments):

@@ -9,9 +9,9 @@ import pytest
 from rich.console import Console
 
 from experiments import repeatability
-from experiments.repeatability import VARIANTS, Motion, Pair
+from experiments.repeatability import VARIANTS, Label, Pair
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.trial import run_trial
+from sdh_sim.trial import run_trial
 
 
 def shown(pairs: list[Pair]) -> list[list[str]]:
@@ -22,17 +22,17 @@ def shown(pairs: list[Pair]) -> list[list[str]]:
 
 
 def test_motions_are_alike_within_a_millimetre_and_a_degree():
-    a = Motion(True, 9.5, 3.0)
-    assert a.near(Motion(False, 10.4, 3.9))
-    assert not a.near(Motion(False, 10.6, 3.0))
-    assert not a.near(Motion(False, 9.5, 4.1))
-    assert not a.near(Motion(False, float("nan"), float("nan")))
+    a = Label(True, 9.5, 3.0)
+    assert a.near(Label(False, 10.4, 3.9))
+    assert not a.near(Label(False, 10.6, 3.0))
+    assert not a.near(Label(False, 9.5, 4.1))
+    assert not a.near(Label(False, float("nan"), float("nan")))
 
 
 def test_the_table_counts_flips_and_how_far_held_objects_moved():
-    same = Motion(True, 1.0, 0.5)
-    straddles, falls = Motion(False, 1.9, 0.5), Motion(False, 80.0, 40.0)
-    further = Motion(True, 1.3, 0.5)
+    same = Label(True, 1.0, 0.5)
+    straddles, falls = Label(False, 1.9, 0.5), Label(False, 80.0, 40.0)
+    further = Label(True, 1.3, 0.5)
     rest = (same,) * (len(VARIANTS) - 1)
     pairs = [Pair(same, (other, *rest)) for other in (straddles, falls, further, same)]
     rows = shown(pairs)

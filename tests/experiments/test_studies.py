@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from experiments import gallery, load_rates, repeatability, sensitivity, sensor_study
-from sdh_sim.objects.catalogue import object_info
-from sdh_sim.sensing.snapshot import TactileSnapshot
-from sdh_sim.trial.outcome import motion
+from sdh_sim.objects import object_info
+from sdh_sim.sensing import TactileSnapshot
+from sdh_sim.trial.outcome import moved_between
 
 LIMITS = (1.6401, 1.0934)
 
 
 @pytest.fixture
 def grasp():
-    """Thumb against two fingers on an upright bottle, four cells each."""
+    """Thumb against two fingers on an upright bottle, four taxels each."""
     distal = np.zeros((3, 13, 6))
     distal[:, 7:9, 2:4] = 50.0
     pose = np.array([0.0, 0.0, 0.2, np.sqrt(0.5), np.sqrt(0.5), 0.0, 0.0])
@@ -35,11 +35,11 @@ def change(grasp, key, value):
 @pytest.mark.parametrize("key", list(sensitivity.ASSUMPTIONS))
 def test_the_default_value_changes_nothing(grasp, key):
     default = sensitivity.ASSUMPTIONS[key].default
-    snapshot, thing, limits = change(grasp, key, default)
+    snapshot, obj, limits = change(grasp, key, default)
     assert np.array_equal(snapshot.distal, grasp[0].distal)
     assert snapshot.object_pose_hand == pytest.approx(grasp[0].object_pose_hand, abs=1e-15)
-    assert (thing.mass_kg, thing.friction) == (grasp[1].mass_kg, grasp[1].friction)
-    assert thing.com_m == pytest.approx(grasp[1].com_m)
+    assert (obj.mass_kg, obj.friction) == (grasp[1].mass_kg, grasp[1].friction)
+    assert obj.com_m == pytest.approx(grasp[1].com_m)
     assert limits == LIMITS
 
 
@@ -54,8 +54,8 @@ def test_each_assumption_changes_its_own(grasp):
     assert (noisy[grasp[0].distal > 0] != 50.0).all()
     assert not noisy[grasp[0].distal == 0].any()
     before, com = grasp[0].object_pose_hand, np.zeros(3)
-    shifted = motion(before, change(grasp, "position", 4.0)[0].object_pose_hand, com)
-    turned = motion(before, change(grasp, "rotation", 4.0)[0].object_pose_hand, com)
+    shifted = moved_between(before, change(grasp, "position", 4.0)[0].object_pose_hand, com)
+    turned = moved_between(before, change(grasp, "rotation", 4.0)[0].object_pose_hand, com)
     assert shifted[0] > 0.5
     assert shifted[1] == pytest.approx(0.0, abs=1e-5)
     assert turned[0] == pytest.approx(0.0, abs=1e-9)

@@ -1,4 +1,4 @@
-"""The study over all metrics: each variant is the metric it names, each score is honest."""
+"""The study of all metrics: variants are what they name, and no score has seen its grasp."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from experiments.success_prediction.metric_grid import (
     evaluate_row,
     grid,
 )
-from experiments.success_prediction.metric_scores import Candidate, assess, folds_and_truth
+from experiments.success_prediction.metric_scores import Candidate, assess, folds_and_outcomes
 from experiments.success_prediction.published import REFERENCE
-from sdh_sim import records
 from sdh_sim.analysis.study import study_of
-from sdh_sim.metrics.built_in import MAX_VOLUME_CONTACTS, METRICS
-from sdh_sim.metrics.stored_grasps import grasp_of, read_stored
-from sdh_sim.robot.hand import HandKinematics
+from sdh_sim.metrics import METRICS, grasp_of, read_stored
+from sdh_sim.metrics.built_in import MAX_VOLUME_CONTACTS
+from sdh_sim.records import normalise, write_rows
+from sdh_sim.robot import HandKinematics
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.trial import run_trial
+from sdh_sim.trial import run_trial
 
 TRIALS = 24  # too few of either outcome to learn from: the baseline that learns is tested by itself
 
@@ -39,8 +39,8 @@ def real() -> dict:
     for seed in range(3, 200):
         row = run_trial(TrialSettings("oval_bottle"), seed).row
         if np.any(row.get("tactile_proximal")) and row["contacts"] <= 4:
-            row = {"trial": 0, **row, "q_sim": 2.0, "q_sim_capped": False}
-            if evaluate_row((records.normalise(row), fingertips, {}))[0] > 0.1:
+            row = {**row, "trial": 0, "q_sim": 2.0, "q_sim_capped": False}
+            if evaluate_row((normalise(row), fingertips, {}))[0] > 0.1:
                 return row
     raise AssertionError("no such grasp")
 
@@ -62,7 +62,7 @@ def run(real, tmp_path_factory) -> Path:
             change["tactile_distal"] = np.zeros((3, 13, 6))
             change["tactile_proximal"] = np.zeros((3, 14, 6))
         rows.append({**real, **change})
-    records.write_rows(rows, folder / "trials.parquet")
+    write_rows(rows, folder / "trials.parquet")
     return folder
 
 
@@ -95,7 +95,7 @@ def test_the_grid_names_every_variant_once():
     ],
 )
 def test_the_papers_variants_are_the_columns_of_the_trial(real, variant, column):
-    row = records.normalise(real)
+    row = normalise(real)
     grasp = grasp_of(row, "all", HandKinematics())
     assert grasp is not None
     in_trial = METRICS[column](grasp)
@@ -110,7 +110,7 @@ def test_the_papers_variants_are_the_columns_of_the_trial(real, variant, column)
 
 
 def test_assumptions_move_q_the_way_they_must(real):
-    row = records.normalise(real)
+    row = normalise(real)
 
     def q(**change) -> float:
         variant = replace(Variant("q", "linf", 12, "hf"), **change)
@@ -124,7 +124,7 @@ def test_assumptions_move_q_the_way_they_must(real):
 
 
 def test_no_contact_and_no_snapshot(real):
-    row = records.normalise(real)
+    row = normalise(real)
     untouched = {"tactile_distal": np.zeros((3, 13, 6)), "tactile_proximal": np.zeros((3, 14, 6))}
     empty = {**row, **untouched}
     assert set(evaluate_row((empty, grid(), {}))) == {0.0}
@@ -170,7 +170,7 @@ def test_unstable_trials_have_no_fold():
     table = table_of([True, False] * 10)
     failure = ["unstable_simulation", *table.column("failure").to_pylist()[1:]]
     table = table.set_column(2, "failure", pa.array(failure))
-    _, usable, fold = folds_and_truth(table)
+    _, usable, fold = folds_and_outcomes(table)
     assert usable.sum() == 19
     assert fold[0] == -1
     assert (fold[1:] >= 0).all()
@@ -194,7 +194,7 @@ def test_plain_baselines_by_hand():
     assert unseen_contacts([{**row, "unsensed_contact": True}], "all") == [True]
 
 
-def test_logistic_regression_learns_and_does_not_peek():
+def test_logistic_regression_learns_from_the_other_folds_alone():
     pytest.importorskip("sklearn", reason="the extra 'learn' is not installed")
     rng = np.random.default_rng(0)
     success = np.arange(90) % 2 == 0
@@ -203,7 +203,7 @@ def test_logistic_regression_learns_and_does_not_peek():
     scores = baselines.logistic_scores(told, success, fold)
     assert (scores[success] > 0.5).all()
     assert (scores[~success] < 0.5).all()
-    # Many features of noise: a model that had seen its grasps would tell them apart.
+    # Many features of noise: a model that had seen its grasps would separate them.
     noise = baselines.logistic_scores(rng.normal(size=(90, 45)), success, fold)
     assert abs(np.mean((noise > 0.5) == success) - 0.5) < 0.2
 
@@ -243,7 +243,7 @@ def test_the_study_end_to_end(run, capsys):
     wrench = [r for r in table if r["metric"] not in ("no wrenches", "logistic regression")]
     assert len(wrench) == len(grid())
     assert sum(r["metric"] == "no wrenches" for r in table) == 6
-    # The force alone tells held from not, as it was made.
+    # The rows are made so that the force alone separates held grasps from the others.
     (readings,) = (r for r in table if (r["assumes"], r["pads"]) == ("sum of readings", "distal"))
     assert readings["auc"] == 1.0
     scores = pq.read_table(out / "scores.parquet")

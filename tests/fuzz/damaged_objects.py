@@ -1,38 +1,26 @@
-"""Feeds damaged object folders (TOML, MJCF, meshes) to what reads them.
+"""Damaged folders of objects (TOML, MJCF, meshes); ``frame`` says how to run this by hand.
 
-    python tests/fuzz_objects.py --seconds 3600 --seed 7
-
-Only ObjectError with one line may come out, within bounded time and memory. An input that gives
-anything else, or kills the process, stays in the folder that is printed first.
+Only ObjectError with one line may come out, within bounded time and memory.
 """
 
 from __future__ import annotations
 
-import argparse
 import base64
 import json
-import resource
 import struct
-import sys
-import tempfile
-import time
-from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import trimesh
 
-if __name__ == "__main__":
-    sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parent)]
-
 from sdh_sim.errors import SettingsError
-from sdh_sim.objects.catalogue import user_object
-from tests.fuzz.damaged_runs import mutated
+from sdh_sim.objects import user_object
+from tests.fuzz.frame import Target, main, mutated
 
 MEMORY = 6 << 30  # [bytes] of address space: a claim of more must be refused, not tried
-SLOWEST = 20.0  # [s] for one input
 
-TOML = """name = "thing"
+TOML = """name = "pot"
 mass = 0.4
 friction = 0.6
 com = [0.0, 0.0, 0.01]
@@ -47,7 +35,7 @@ offset = 0.005
 yaw = 0.2
 """
 MJCF = """<?xml version="1.0"?>
-<mujoco model="thing">
+<mujoco model="pot">
   <compiler angle="degree" meshdir="assets" eulerseq="xyz"/>
   <default>
     <default class="solid"><geom contype="1" conaffinity="1" group="3" rgba="1 0 0 1"/></default>
@@ -57,7 +45,7 @@ MJCF = """<?xml version="1.0"?>
     <material name="red" rgba="1 0 0 1" specular="0.2"/>
   </asset>
   <worldbody>
-    <body name="thing" pos="0 0 0.06">
+    <body name="pot" pos="0 0 0.06">
       <freejoint/>
       <geom name="a" class="solid" type="mesh" mesh="body"/>
       <geom name="b" class="solid" type="cylinder" size="0.02 0.03" pos="0 0 0.03" euler="0 0 30"/>
@@ -148,11 +136,13 @@ def _bytes(data: object) -> bytes:
     return data.encode() if isinstance(data, str) else bytes(data)  # pyright: ignore
 
 
-class Fuzzer:
-    """A folder of an object and the ways to damage it."""
+class DamagedObject(Target):
+    """A folder of an object and the ways to damage and read it."""
+
+    refusals = (SettingsError,)
 
     def __init__(self, path: Path) -> None:
-        self.path = path / "thing"
+        self.path = path / "pot"
         self.meshes = meshes()
         (self.path / "assets").mkdir(parents=True)
 
@@ -168,11 +158,11 @@ class Fuzzer:
                 (self.path / "m.stl").write_bytes(self.meshes["stl"])
             case 2 | 3 | 4:
                 what = "mjcf"
-                (self.path / "thing.xml").write_bytes(change(MJCF.encode(), rng))
+                (self.path / "pot.xml").write_bytes(change(MJCF.encode(), rng))
                 (self.path / "assets" / "body.stl").write_bytes(self.meshes["stl"])
             case 5:
                 what = "mjcf mesh"
-                (self.path / "thing.xml").write_bytes(MJCF.encode())
+                (self.path / "pot.xml").write_bytes(MJCF.encode())
                 (self.path / "assets" / "body.stl").write_bytes(mutated(self.meshes["stl"], rng))
             case _:
                 what = kind
@@ -182,54 +172,26 @@ class Fuzzer:
                 (self.path / f"m.{kind.split()[0]}").write_bytes(data)
         if what not in ("toml",) and rng.integers(4):
             # Nothing but the shape decides.
-            facts = b'mass = 0.4\nfriction = 0.6\nhull = true\nname = "thing"\n'
+            facts = b'mass = 0.4\nfriction = 0.6\nhull = true\nname = "pot"\n'
         (self.path / "object.toml").write_bytes(facts)
         return what
 
+    def readers(self) -> list[Callable[[], object]]:
+        """The one reader of objects, and MuJoCo's compiler after it."""
 
-def fuzz(path: Path, seconds: float, seed: int) -> Counter[str]:
-    """Damage and read for so long; how many inputs of each kind were refused or read.
+        def read() -> None:
+            model = user_object(self.path).spec.compile()
+            assert np.isfinite(model.body_mass).all()
+            assert model.nplugin == model.nkey == model.nu == model.njnt == 0
 
-    Raises:
-        AssertionError: something but an ObjectError of one line came out, or too late.
-    """
-    fuzzer = Fuzzer(path)
-    counts = Counter[str]()
-    stop = time.monotonic() + seconds
-    number = 0
-    while time.monotonic() < stop:
-        rng = np.random.default_rng([seed, number])
-        kind = fuzzer.damage(rng)
-        where = f"seed {seed}, input {number} ({kind})"
-        number += 1
-        begin = time.monotonic()
-        try:
-            thing = user_object(fuzzer.path)
-            model = thing.spec.compile()
-            assert np.isfinite(model.body_mass).all(), where
-            assert model.nplugin == model.nkey == model.nu == model.njnt == 0, where
-            counts[f"{kind} read"] += 1
-        except SettingsError as error:
-            text = str(error)
-            assert text.startswith("object: "), f"{where}: {text!r}"
-            assert text.isprintable(), f"{where}: {text!r}"
-            assert len(text) < 1500, f"{where}: too long"
-            counts[f"{kind} refused"] += 1
-        except AssertionError:
-            raise
-        except BaseException as error:
-            raise AssertionError(where) from error
-        assert time.monotonic() - begin < SLOWEST, f"{where}: took {time.monotonic() - begin:.0f} s"
-    return counts
+        return [read]
+
+    def check_message(self, text: str) -> None:
+        """It says that the object is at fault, and can be printed."""
+        assert text.startswith("object: ")
+        assert text.isprintable()
+        assert len(text) < 1500
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=60.0)
-    parser.add_argument("--seed", type=int, default=0)
-    asked = parser.parse_args()
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-    place = Path(tempfile.mkdtemp())
-    print(place, flush=True)
-    for name, count in sorted(fuzz(place, asked.seconds, asked.seed).items()):
-        print(f"{name}: {count}")
+    main(DamagedObject, MEMORY)

@@ -1,19 +1,11 @@
-"""Feeds damaged trials.parquet, shards and run.json to whatever reads them.
+"""Damaged trials.parquet, shards and run.json; ``frame`` says how to run this by hand.
 
-    python tests/fuzz_run.py --seconds 3600 --seed 7
-
-Only RunError, RecordError and SettingsError with one line each may come out. An input that gives
-anything else, or kills the process, stays in the folder that is printed first.
+Only RunError, RecordError and SettingsError with one line each may come out.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
-import sys
-import tempfile
-import time
-from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -22,44 +14,13 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-if __name__ == "__main__":
-    sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parent)]
-
-from sdh_sim import records
-from sdh_sim.errors import RunError, SettingsError
-from sdh_sim.records.schema import RecordError
-from sdh_sim.runs.folder import RunFolder
+from sdh_sim.errors import RecordError, RunError, SettingsError
+from sdh_sim.records import normalise, read_rows, read_table, write_rows
+from sdh_sim.runs import RunFolder
+from tests.fuzz.frame import Target, main, mutated
 from tests.support.trial_stand_ins import make_row, plan
 
 PLAN = plan(4)
-OURS = (RecordError, RunError, SettingsError)
-
-
-def mutated(data: bytes, rng: np.random.Generator) -> bytes:
-    """The bytes after a few random changes: flips, cuts, copies, extreme values."""
-    out = bytearray(data)
-    for _ in range(int(rng.integers(1, 5))):
-        if not out:
-            break
-        # Half of the changes go to the end, where a parquet file says what it holds.
-        low = max(0, len(out) - 12_000) if rng.integers(2) else 0
-        at = int(rng.integers(low, len(out)))
-        span = int(rng.integers(1, 9))
-        match int(rng.integers(6)):
-            case 0:
-                out[at] ^= 1 << int(rng.integers(8))
-            case 1:
-                out[at : at + span] = rng.bytes(span)
-            case 2:
-                out[at : at + span] = bytes([int(rng.choice([0, 1, 127, 128, 255]))]) * span
-            case 3:
-                del out[at : at + span]
-            case 4:
-                out = out[:at]
-            case _:
-                start = int(rng.integers(len(out)))
-                out[at:at] = out[start : start + 8 * span]
-    return bytes(out)
 
 
 _ODD: list[Any] = [
@@ -124,26 +85,30 @@ def odd_table(table: pa.Table, rng: np.random.Generator) -> pa.Table:
             return table.set_column(at, pa.field(name, kind), column)
 
 
-class Fuzzer:
+class DamagedRun(Target):
     """A small run folder and the ways to damage and read it."""
+
+    refusals = (RecordError, RunError, SettingsError)
 
     def __init__(self, path: Path) -> None:
         self.folder = RunFolder(path)
         rows = [
-            records.normalise({**make_row(j.settings.object, j.seed), "trial": j.trial})
+            normalise({**make_row(j.settings.object, j.seed), "trial": j.trial})
             for j in PLAN.jobs()
         ]
-        records.write_rows(rows[:6], self.folder.table)
-        store = self.folder.open_store(PLAN)
-        store.append(rows[6:])
+        write_rows(rows[:6], self.folder.table)
+        self.folder.open_finished(PLAN).append(rows[6:])
         self.folder.write_info(PLAN, [{"state": "running", "versions": {"python": "3"}}])
         (self.shard,) = self.folder.shards.iterdir()
         self.good = {p: p.read_bytes() for p in (self.folder.table, self.folder.info, self.shard)}
-        self.table = records.read_table(self.folder.table)
+        self.table = read_table(self.folder.table)
         self.document = json.loads(self.good[self.folder.info])
 
     def damage(self, rng: np.random.Generator) -> str:
-        """Damage one of the files; says which and how."""
+        """Make all files sound again, then damage one; says which and how."""
+        for path, data in self.good.items():
+            path.parent.mkdir(exist_ok=True)
+            path.write_bytes(data)
         table, info = self.folder.table, self.folder.info
         match int(rng.integers(6)):
             case 0 | 1:
@@ -162,12 +127,6 @@ class Fuzzer:
                 self.shard.write_bytes(mutated(self.good[self.shard], rng))
                 return "shard bytes"
 
-    def repair(self) -> None:
-        """Make all files sound again."""
-        for path, data in self.good.items():
-            path.parent.mkdir(exist_ok=True)
-            path.write_bytes(data)
-
     def readers(self) -> list[Callable[[], object]]:
         """Everything that reads a run."""
         folder = self.folder
@@ -175,52 +134,15 @@ class Fuzzer:
         def by_plan() -> object:
             stored = folder.read_plan()
             stored.changes_from(PLAN)
-            return [next(folder.finished(stored), None), folder.open_store(stored, True).kept]
+            return [next(folder.finished(stored), None), folder.open_finished(stored, True).kept]
 
         return [
-            lambda: records.read_rows(folder.table),
-            lambda: records.read_table(folder.table, ["object", "success", "failure"]),
+            lambda: read_rows(folder.table),
+            lambda: read_table(folder.table, ["object", "success", "failure"]),
             lambda: list(folder.finished(PLAN)),
             by_plan,
         ]
 
 
-def fuzz(path: Path, seconds: float, seed: int) -> Counter[str]:
-    """Damage and read for so long; how many inputs of each kind were refused or read.
-
-    Raises:
-        AssertionError: something but one of our errors came out; its cause is that.
-    """
-    fuzzer = Fuzzer(path)
-    counts = Counter[str]()
-    stop = time.monotonic() + seconds
-    number = 0
-    while time.monotonic() < stop:
-        rng = np.random.default_rng([seed, number])
-        number += 1
-        kind = fuzzer.damage(rng)
-        for reader in fuzzer.readers():
-            try:
-                reader()
-                counts[f"{kind} read"] += 1
-            except OURS as error:
-                text = str(error)
-                assert text, f"seed {seed}, input {number - 1} ({kind}): no message"
-                assert "\n" not in text, f"seed {seed}, input {number - 1} ({kind}): {text!r}"
-                assert len(text) < 2000, f"seed {seed}, input {number - 1} ({kind}): too long"
-                counts[f"{kind} refused"] += 1
-            except Exception as error:
-                raise AssertionError(f"seed {seed}, input {number - 1} ({kind})") from error
-        fuzzer.repair()
-    return counts
-
-
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=60.0)
-    parser.add_argument("--seed", type=int, default=0)
-    asked = parser.parse_args()
-    place = Path(tempfile.mkdtemp())
-    print(place, flush=True)
-    for name, count in sorted(fuzz(place, asked.seconds, asked.seed).items()):
-        print(f"{name}: {count}")
+    main(DamagedRun)

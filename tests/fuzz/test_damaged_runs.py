@@ -2,35 +2,18 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
-
-import numpy as np
 import pytest
 
 from sdh_sim.errors import RunError, SettingsError
-from sdh_sim.runs.folder import RunFolder
-from tests.support.repository import ROOT
+from sdh_sim.runs import RunFolder
+from tests.fuzz.frame import run_driver
 from tests.support.trial_stand_ins import plan
 
 
 def test_damaged_files_give_clear_errors(tmp_path):
-    # In a process of its own: a crash in native code would take the tests with it.
-    seconds = float(os.environ.get("SDH_SIM_FUZZ_SECONDS", "4"))
-    seed = 0 if seconds < 10 else int(np.random.default_rng().integers(2**31))
-    done = subprocess.run(
-        [sys.executable, "tests/fuzz_run.py", "--seconds", str(seconds), "--seed", str(seed)],
-        cwd=ROOT,
-        env={**os.environ, "TMPDIR": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        timeout=seconds + 60,
-        check=False,
-    )
-    assert done.returncode == 0, f"seed {seed}: {done.stderr}"
+    printed = run_driver("damaged_runs", tmp_path, 4.0)
     for kind in ("table bytes", "table content", "run.json bytes", "run.json content"):
-        assert f"{kind} refused: " in done.stdout
+        assert f"{kind} refused: " in printed
 
 
 def test_a_run_json_cannot_ask_for_any_amount_of_memory(tmp_path):

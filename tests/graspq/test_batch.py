@@ -6,6 +6,10 @@ import pytest
 import graspq as gq
 from tests.support.random_grasps import KINDS, contacts, grasp, tasks
 
+# Batches and single calls are compiled apart, with sums in any order: a processor may round them
+# differently, and a grasp close to degenerate makes more of that. Both promise this accuracy.
+ACCURACY = 1e-9
+
 
 def many(count=120):
     rng = np.random.default_rng(5)
@@ -24,7 +28,8 @@ def test_task_scaling_batch(bound, unloading):
     for a, b in zip(one, two, strict=True):
         np.testing.assert_array_equal(a, b)
     single = [gq.task_scaling(g, t, bound, unloading) for g, t in zip(grasps, wanted, strict=True)]
-    np.testing.assert_array_equal(one.value, [s.value for s in single])
+    np.testing.assert_allclose(one.value, [s.value for s in single], rtol=ACCURACY)
+    # No two tasks of these grasps come within ACCURACY of each other.
     np.testing.assert_array_equal(one.critical_task, [s.critical_task for s in single])
 
 
@@ -32,7 +37,9 @@ def test_one_task_set_for_all():
     grasps, _ = many(30)
     wanted = gq.gravity_tasks(0.3, [0, 0, 0], [0, 0, -9.81])
     batch = gq.task_scaling_batch(grasps, wanted)
-    np.testing.assert_array_equal(batch.value, [gq.task_scaling(g, wanted).value for g in grasps])
+    np.testing.assert_allclose(
+        batch.value, [gq.task_scaling(g, wanted).value for g in grasps], rtol=ACCURACY
+    )
 
 
 def test_epsilon_and_volume_batch():

@@ -222,6 +222,7 @@ def test_motors_on_one_joint_add_up():
     assert s.value == pytest.approx((2.0 + 3 * 0.5) / 0.1, rel=1e-12)
     np.testing.assert_allclose(s.motor_torque, [2.0, 0.5], rtol=1e-9)
     f = gq.contact_forces(hand, 34.9 * UP[:, 0])
+    assert f.motor_torque is not None
     assert f.motor_torque @ [1.0, 3.0] == pytest.approx(3.49, rel=1e-4)
     assert (np.abs(f.motor_torque) <= [2.0 + 1e-6, 0.5 + 1e-6]).all()
     # Held: the first goes on pushing, against the second where nothing else resists.

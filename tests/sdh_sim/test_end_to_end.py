@@ -10,13 +10,13 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from sdh_sim import records
+from sdh_sim.records import differing_columns, normalise
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.trial import run_trial
+from sdh_sim.trial import run_trial
 
 
 def _cli(*words: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "sdh_sim.cli", *words]
+    command = [sys.executable, "-m", "sdh_sim", *words]
     return subprocess.run(command, capture_output=True, text=True, timeout=200, check=False)
 
 
@@ -69,6 +69,6 @@ def test_compare_prints_both_metrics(run: Path) -> None:
 
 def test_a_log_changes_nothing() -> None:
     settings = TrialSettings("cylindrical_bottle")
-    plain = records.normalise({**run_trial(settings, 3).row, "trial": 0})
-    logged = records.normalise({**run_trial(settings, 3, log=True).row, "trial": 0})
-    assert not records.differing_columns(plain, logged)
+    plain = normalise({**run_trial(settings, 3).row, "trial": 0})
+    logged = normalise({**run_trial(settings, 3, log=True).row, "trial": 0})
+    assert not differing_columns(plain, logged)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 
 import pytest
@@ -29,8 +31,8 @@ def test_the_table_of_modules_and_the_list_of_names_agree():
 def test_type_checkers_see_the_same_names():
     text = Path(sdh_sim.__file__).read_text(encoding="utf-8")
     block = text.split("if TYPE_CHECKING:\n")[1].split("\n\n")[0]
-    block = re.sub(r"\(\s*(.*?),?\s*\)", r"\1", block, flags=re.DOTALL)
-    seen = [n.strip() for names in re.findall(r"import (.*)", block) for n in names.split(",")]
+    tree = ast.parse(textwrap.dedent(block))
+    seen = [a.name for n in tree.body if isinstance(n, ast.ImportFrom) for a in n.names]
     assert sorted(seen) == sorted(sdh_sim.__all__)
 
 

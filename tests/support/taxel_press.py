@@ -8,10 +8,9 @@ import dataclasses
 import mujoco
 import numpy as np
 
-from sdh_sim.cell.scene import Scene
+from sdh_sim.cell import Scene
+from sdh_sim.robot import HAND, MOTOR_NAMES, PAD_OFFSETS
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.hand import HAND, MOTOR_NAMES
-from sdh_sim.robot.pads import PAD_OFFSETS
 
 # Arm posture that holds the hand level, well over the table [rad].
 ARM_POSTURE = np.array([0.0, -0.3, 0.0, 0.0, 0.3, 0.0])
@@ -22,7 +21,7 @@ def alone(scene: Scene, pad: tuple[str, str]) -> Scene:
     model, index = copy.copy(scene.model), c.PADS.index(pad)
     model.opt.gravity[:] = 0.0
     kept = (scene.taxel >= PAD_OFFSETS[index]) & (scene.taxel < PAD_OFFSETS[index + 1])
-    kept |= model.geom_bodyid == scene.object
+    kept |= model.geom_bodyid == scene.object_body
     model.geom_contype[~kept] = model.geom_conaffinity[~kept] = 0
     return dataclasses.replace(scene, model=model)
 
@@ -32,7 +31,7 @@ def bolted(scene: Scene) -> Scene:
     scene.model.dof_armature[scene.arm_dof] = 1e9
     # The solver's tolerance is relative to the mean mass, which is absurd now.
     scene.model.opt.tolerance = 1e-15
-    scene.model.body_mass[scene.object] = scene.model.body_inertia[scene.object] = 1e6
+    scene.model.body_mass[scene.object_body] = scene.model.body_inertia[scene.object_body] = 1e6
     return scene
 
 
@@ -80,7 +79,7 @@ def push(
         data.qfrc_applied[:] = 0.0
         mujoco.mj_applyFT(
             model, data, -force * turn[:, 0], np.zeros(3), data.xpos[link] + turn @ point,
-            scene.object, data.qfrc_applied,
+            scene.object_body, data.qfrc_applied,
         )  # fmt: skip
         mujoco.mj_step(model, data)
 

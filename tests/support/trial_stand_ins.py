@@ -1,6 +1,6 @@
 """Trials that take no time, for tests of what surrounds a trial: order, resume, stops, deaths.
 
-The tests of the real thing end to end are elsewhere; these rows only have a trial's form.
+Tests of real trials are elsewhere; these rows only have a trial's form.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from sdh_sim.records.schema import FAILURES
-from sdh_sim.runs.plan import RunPlan
+from sdh_sim.records import FAILURES
+from sdh_sim.runs import RunPlan
 from sdh_sim.settings import TrialSettings
 
 OBJECTS = ("box", "oval_bottle")
@@ -63,6 +63,18 @@ def make_row(name: str, seed: int) -> dict[str, Any]:
 def quick(settings: TrialSettings, seed: int, log: bool = False) -> Result:
     """At once."""
     return Result(make_row(settings.object, seed))
+
+
+def either(settings: TrialSettings, seed: int, log: bool = False) -> Result:
+    """Holds the object, or drops it at odd seeds."""
+    failure = "dropped" if seed % 2 else "none"
+    row = make_row(settings.object, seed)
+    return Result({**row, "success": failure == "none", "failure": failure})
+
+
+def holds(settings: TrialSettings, seed: int, log: bool = False) -> Result:
+    """Always holds the object."""
+    return Result({**make_row(settings.object, seed), "success": True, "failure": "none"})
 
 
 def uneven(settings: TrialSettings, seed: int, log: bool = False) -> Result:
@@ -134,7 +146,7 @@ def growing(settings: TrialSettings, seed: int, log: bool = False) -> Result:
     return Result({**row, "q_reason": noise.tobytes().decode()})
 
 
-def hopeless(settings: TrialSettings, seed: int, log: bool = False) -> Result:
+def always_fails(settings: TrialSettings, seed: int, log: bool = False) -> Result:
     """Nothing works."""
     raise ImportError("no module named physics")
 

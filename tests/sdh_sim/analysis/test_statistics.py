@@ -1,4 +1,4 @@
-"""Curves, thresholds, paired tests and ratios against numbers worked out by hand."""
+"""Curves, thresholds, paired tests and ratios against numbers computed by hand."""
 
 from __future__ import annotations
 
@@ -6,15 +6,14 @@ import math
 
 import numpy as np
 import pytest
-import scipy.stats
 from hypothesis import given
 from hypothesis import strategies as st
 
 from sdh_sim.analysis import comparison as compare
 from sdh_sim.analysis.curves import GRID, precision_recall, roc
-from sdh_sim.analysis.load_agreement import agree, spearman
+from sdh_sim.analysis.load_agreement import agree
 from sdh_sim.analysis.paired_metrics import compare_pair, mcnemar
-from sdh_sim.analysis.resampling import Ladder, stratified_weights
+from sdh_sim.analysis.resampling import RankedScores, stratified_weights
 from sdh_sim.analysis.thresholds import (
     assign_folds,
     best_threshold,
@@ -48,13 +47,13 @@ def test_resamples_keep_the_class_sizes():
     assert len(np.unique(rows, axis=0)) > 10
 
 
-def test_ladder_counts_by_hand():
+def test_ranked_scores_count_by_hand():
     scores = np.array([1.0, 3.0, 1.0, 2.0, 3.0])
-    ladder = Ladder.of(scores, np.array([T, T, F, F, T]))
-    assert ladder.levels.tolist() == [3, 2, 1]
-    good, bad = ladder.counts()
+    ranked = RankedScores.of(scores, np.array([T, T, F, F, T]))
+    assert ranked.levels.tolist() == [3, 2, 1]
+    good, bad = ranked.counts()
     assert (good.tolist(), bad.tolist()) == ([[2, 2, 3]], [[0, 1, 2]])
-    good, bad = ladder.counts(np.array([[5, 1, 0, 2, 0]]))
+    good, bad = ranked.counts(np.array([[5, 1, 0, 2, 0]]))
     assert (good.tolist(), bad.tolist()) == ([[1, 1, 6]], [[0, 2, 2]])
 
 
@@ -75,7 +74,7 @@ def test_roc_area_is_the_comparisons_area_and_interval():
     assert curve.area_interval == compare.auc_interval(scores, success, rng(0))
 
 
-def test_roc_band_holds_the_curve_and_the_truth():
+def test_roc_band_contains_the_curve_and_is_that_of_a_plain_bootstrap():
     scores, success = cases(rounded=False)
     curve = roc(scores, success, rng(0), 1000)
     assert curve is not None
@@ -93,7 +92,7 @@ def test_roc_band_holds_the_curve_and_the_truth():
     assert (curve.low[50], curve.high[50]) == pytest.approx(expected, abs=0.05)
 
 
-def test_separated_classes_leave_no_doubt():
+def test_separated_classes_have_bands_of_no_width():
     scores, success = np.arange(8.0), np.arange(8) >= 4
     curve, pr = roc(scores, success, rng(), FEW), precision_recall(scores, success, rng(), FEW)
     assert curve is not None
@@ -255,16 +254,7 @@ def test_calibration_keeps_to_its_targets():
     assert all(rate.n == 45 for rate in found.achieved)
 
 
-def test_spearman_is_scipys():
-    draw = rng(2)
-    x = np.round(draw.normal(size=60), 1)
-    y = np.round(x + draw.normal(size=60))
-    assert spearman(x, y) == pytest.approx(scipy.stats.spearmanr(x, y).statistic)
-    assert spearman(x, np.zeros(60)) is None
-    assert spearman(x[:2], y[:2]) is None
-
-
-def test_a_bound_that_doubles_the_truth():
+def test_a_bound_of_twice_the_load():
     load = np.linspace(0.5, 4.0, 30)
     found = agree(2 * load, load, np.zeros(30, dtype=bool), rng(), FEW)
     assert (found.spearman, found.ratios) == (pytest.approx(1.0), 30)
@@ -283,15 +273,3 @@ def test_what_has_no_ratio_is_counted():
     assert (found.n, found.ratios, found.zero, found.dropped, found.capped) == (6, 1, 3, 1, 1)
     assert found.factor == pytest.approx(0.5)
     assert (found.below.k, found.below.n) == (5, 6)
-
-
-def test_interval_of_the_rank_correlation_is_the_plain_bootstrap():
-    draw = rng(8)
-    load = draw.uniform(0.5, 3, 70)
-    q = load * np.exp(0.5 * draw.normal(size=70))
-    found = agree(q, load, np.zeros(70, dtype=bool), rng(), 1500)
-    plain = []
-    for _ in range(1500):
-        drawn = draw.integers(70, size=70)
-        plain.append(scipy.stats.spearmanr(q[drawn], load[drawn]).statistic)
-    assert found.spearman_interval == pytest.approx(np.quantile(plain, [0.025, 0.975]), abs=0.03)

@@ -1,4 +1,4 @@
-"""Trials on Dask: the same rows as without, whoever dies; loopback only."""
+"""Trials on Dask: the same rows as without, whatever process dies; loopback only."""
 
 from __future__ import annotations
 
@@ -6,23 +6,27 @@ import contextlib
 import importlib.util
 import json
 import os
+import queue
 import signal
 import subprocess
 import sys
 import time
+import types
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from sdh_sim.campaign.campaign import run_campaign
-from sdh_sim.campaign.jobs import Work
-from sdh_sim.errors import CampaignError, SettingsError
-from sdh_sim.runs.environment import versions
-from sdh_sim.runs.folder import RunFolder
-from tests.sdh_sim.campaign.test_campaign import table_bytes
+from sdh_sim.campaign import run_campaign
+from sdh_sim.campaign.dask_cluster import DaskExecutor
+from sdh_sim.campaign.job_result import JobResult
+from sdh_sim.campaign.jobs import TrialTask
+from sdh_sim.errors import CampaignError, SettingsError, WorkerDied
+from sdh_sim.runs import RunFolder, versions
 from tests.support import trial_stand_ins as stand_ins
 from tests.support.repository import ROOT
+from tests.support.run_folders import table_bytes
 from tests.support.trial_stand_ins import plan
 
 needs_dask = pytest.mark.skipif(
@@ -41,11 +45,11 @@ def test_without_the_extra_its_name_is_told(tmp_path, monkeypatch):
 def test_a_worker_with_other_versions_stops_the_run(tmp_path):
     job = plan().job(0)
     folder = RunFolder(tmp_path)
-    assert Work(stand_ins.quick, "none", folder, versions())(job).row is not None
-    done = Work(stand_ins.quick, "none", folder, {**versions(), "mujoco": "3.0"})(job)
-    assert done.row is None
-    assert done.refused
-    assert f"mujoco {versions()['mujoco']} (not 3.0)" in done.error
+    assert TrialTask(stand_ins.quick, "none", folder, versions())(job).row is not None
+    result = TrialTask(stand_ins.quick, "none", folder, {**versions(), "mujoco": "3.0"})(job)
+    assert result.row is None
+    assert result.refused
+    assert f"mujoco {versions()['mujoco']} (not 3.0)" in result.error
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +97,7 @@ class Cluster:
         where += ["--scheduler-file", str(self.file)]
         return subprocess.Popen(
             [sys.executable, "-m", f"distributed.cli.dask_{name}", *where, *options],
-            env={**os.environ, "PYTHONPATH": f"{ROOT}:{ROOT / 'tests'}"},
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
             cwd=self.file.parent,
             stdout=self.log,
             stderr=self.log,
@@ -153,6 +157,39 @@ def test_a_killed_worker_of_a_real_cluster_costs_nothing(tmp_path, cluster, want
     assert table_bytes(tmp_path) == table_bytes(wanted)
 
 
+class Future:
+    """A future of Dask's, as far as the executor looks."""
+
+    def __init__(self, status: str) -> None:
+        self.status = status
+        self.callbacks: list = []
+
+    def add_done_callback(self, call) -> None:
+        self.callbacks.append(call)
+
+
+def test_a_result_that_was_lost_with_its_worker_is_waited_for_again():
+    kept, lost, cancelled = (Future(status) for status in ("finished", "lost", "cancelled"))
+    executor: Any = object.__new__(DaskExecutor)
+    executor._client = types.SimpleNamespace(
+        gather=lambda futures: [JobResult(None)] * len(futures)
+    )
+    executor._jobs = dict(zip((kept, lost, cancelled), plan().jobs(), strict=False))
+    executor._ended = queue.SimpleQueue()
+    executor._ended.put(kept)
+    executor._ended.put(lost)
+    ((job, _),) = executor.wait(0.1)
+    assert job.trial == 0
+    assert list(executor._jobs) == [lost, cancelled]
+    lost.status = "finished"
+    lost.callbacks[0](lost)
+    ((job, _),) = executor.wait(0.1)
+    assert job.trial == 1
+    executor._ended.put(cancelled)
+    with pytest.raises(WorkerDied, match="has gone away"):
+        executor.wait(0.1)
+
+
 @needs_dask
 def test_a_lost_scheduler_ends_the_run_with_everything_kept(tmp_path, cluster, wanted):
     def on_trial(row) -> None:
@@ -177,6 +214,6 @@ def test_a_scheduler_that_is_not_there(tmp_path, monkeypatch):
     options = {"executor": "dask", "trial": stand_ins.quick}
     with pytest.raises(SettingsError, match=r"scheduler: got 'none.json'; give an address"):
         run_campaign(plan(), tmp_path, 1, scheduler="none.json", **options)
-    monkeypatch.setattr("sdh_sim.cluster._CONNECT", 1.0)
+    monkeypatch.setattr("sdh_sim.campaign.dask_cluster._CONNECT", 1.0)
     with pytest.raises(CampaignError, match=r"tcp://127.0.0.1:9 does not answer"):
         run_campaign(plan(), tmp_path, 1, scheduler="tcp://127.0.0.1:9", **options)

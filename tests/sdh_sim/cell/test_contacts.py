@@ -6,11 +6,10 @@ import mujoco
 import numpy as np
 import pytest
 
+from sdh_sim.cell import Scene, build_scene
 from sdh_sim.cell.contacts import taxel_forces
-from sdh_sim.cell.scene import Scene, build_scene
+from sdh_sim.robot import MOTOR_NAMES, PAD_OFFSETS, HandKinematics, arrays
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.hand import MOTOR_NAMES, HandKinematics
-from sdh_sim.robot.pads import PAD_OFFSETS, arrays
 from sdh_sim.settings import TrialSettings
 from tests.support import taxel_press as sdh_press
 
@@ -76,10 +75,10 @@ def test_pad_forces_are_the_motors_torques_through_the_jacobian(which, request):
     palm = data.xmat[scene.palm].reshape(3, 3)
     _, _, force, position = sdh_press.contacts(scene, data)
     kinematics = HandKinematics()
-    kinematics.pose(data.qpos[scene.motor_qpos])
+    posture = kinematics.at(data.qpos[scene.motor_qpos])
     held = np.zeros(7)
     for f, p in zip(force @ palm, (position - data.xpos[scene.palm]) @ palm, strict=True):
-        held += kinematics.jacobian(f"thumb_{which}", p).T @ f
+        held += posture.jacobian(f"thumb_{which}", p).T @ f
     assert held[THUMB] == pytest.approx(torque[THUMB], abs=3e-4)
 
 
@@ -91,8 +90,8 @@ def test_inverse_jacobian_predicts_the_force_on_the_distal_pad(distal):
     in_palm = force @ palm
     centre = in_palm[:, 0] @ ((position - data.xpos[scene.palm]) @ palm) / in_palm[:, 0].sum()
     kinematics = HandKinematics()
-    kinematics.pose(data.qpos[scene.motor_qpos])
-    plane = kinematics.jacobian("thumb_distal", centre)[[0, 2]][:, THUMB]
+    posture = kinematics.at(data.qpos[scene.motor_qpos])
+    plane = posture.jacobian("thumb_distal", centre)[[0, 2]][:, THUMB]
     predicted = np.linalg.solve(plane.T, data.actuator_force[scene.motors][THUMB])
     assert predicted == pytest.approx(in_palm.sum(axis=0)[[0, 2]], rel=5e-3)
     assert taxel_forces(scene, data).sum() == pytest.approx(predicted[0], rel=5e-3)

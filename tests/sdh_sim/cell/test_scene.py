@@ -8,23 +8,16 @@ import mujoco
 import numpy as np
 import pytest
 
-from sdh_sim.cell.scene import (
-    ARM_GEOM,
-    HAND_GEOM,
-    OBJECT_GEOM,
-    TABLE_GEOM,
-    Scene,
-    build_scene,
-    taxel_stiffness,
-)
+from sdh_sim.cell import ARM_GEOM, HAND_GEOM, OBJECT_GEOM, TABLE_GEOM, Scene, build_scene
+from sdh_sim.cell.scene_builder import taxel_stiffness
 from sdh_sim.errors import SettingsError
-from sdh_sim.grasping.motion_plan import find_course, place
+from sdh_sim.grasping import place, plan_motion
 from sdh_sim.model_files import models_dir
-from sdh_sim.objects.catalogue import object_info, object_names
+from sdh_sim.objects import object_info, object_names
+from sdh_sim.robot import MOTOR_NAMES, PAD_OFFSETS, TACTILE_SIZE
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.hand import MOTOR_NAMES
-from sdh_sim.robot.pads import PAD_OFFSETS, TACTILE_SIZE
-from sdh_sim.settings import RANGES, TrialSettings
+from sdh_sim.setting_table import settings_of
+from sdh_sim.settings import TrialSettings
 from tests.support import taxel_press as sdh_press
 
 PAD_MIDDLE = np.array([15.4e-3, 0.0, 43.7e-3])  # of the proximal pad, in the link
@@ -89,13 +82,13 @@ def test_solref_follows_the_object(scenes):
         model = scene.model
         for geom in np.flatnonzero(scene.taxel >= 0):
             link = model.geom_bodyid[geom]
-            a = model.body_invweight0[link, 0] + model.body_invweight0[scene.object, 0]
+            a = model.body_invweight0[link, 0] + model.body_invweight0[scene.object_body, 0]
             k = 3853.3333 * 0.05 * a
             assert model.geom_solref[geom] == pytest.approx((-k, -2 * np.sqrt(k)), rel=1e-6)
             assert model.geom_solimp[geom, :2].tolist() == [0.95, 0.95]
         seen[name] = model.geom_solref[np.flatnonzero(scene.taxel >= 0)[0], 0]
         # The lighter the object, the more A: 1 / m of a free body.
-        assert model.body_invweight0[scene.object, 0] == pytest.approx(
+        assert model.body_invweight0[scene.object_body, 0] == pytest.approx(
             1 / object_info(name).mass_kg, rel=1e-6
         )
     by_mass = sorted(seen, key=lambda name: object_info(name).mass_kg)
@@ -142,7 +135,9 @@ def test_unknown_object_is_refused():
 def test_explicit_damping_is_stable_at_the_longest_time_step(scenes):
     # Semi-implicit Euler with stiffness K and damping D, both explicit, is stable while every
     # mode has c h < 2 and k h² < 4 - 2 c h.
-    longest = RANGES["timestep"][1]
+    span = settings_of(TrialSettings)["timestep"].span
+    assert span is not None
+    longest = span[1]
     for scene in (scenes["box"], build_scene(TrialSettings("box", arm="rigid"))):
         model = scene.model
         data = mujoco.MjData(model)
@@ -168,16 +163,16 @@ def test_friction_of_pads_and_structure_is_the_objects(scenes, name):
     assert scene.model.geom_friction[solid, 0] == pytest.approx(np.full(solid.sum(), mu))
     # MuJoCo takes the larger of two frictions, of equal priority.
     assert scene.model.geom_friction[scene.table, 0] <= mu
-    thing = (scene.geom_group == OBJECT_GEOM) & (scene.model.geom_contype > 0)
-    assert scene.model.geom_friction[thing, 0] == pytest.approx(np.full(thing.sum(), mu))
+    obj = (scene.geom_group == OBJECT_GEOM) & (scene.model.geom_contype > 0)
+    assert scene.model.geom_friction[obj, 0] == pytest.approx(np.full(obj.sum(), mu))
 
 
 @pytest.mark.parametrize("name", object_names())
 def test_object_keeps_its_mass_and_centre_of_mass(scenes, name):
     scene, info = scenes[name], object_info(name)
-    assert scene.model.body_mass[scene.object] == pytest.approx(info.mass_kg)
-    assert scene.model.body_ipos[scene.object] == pytest.approx(info.com_m)
-    assert scene.model.body_gravcomp[scene.object] == 0.0
+    assert scene.model.body_mass[scene.object_body] == pytest.approx(info.mass_kg)
+    assert scene.model.body_ipos[scene.object_body] == pytest.approx(info.com_m)
+    assert scene.model.body_gravcomp[scene.object_body] == 0.0
 
 
 def test_indices_point_at_what_they_say(scenes):
@@ -192,8 +187,8 @@ def test_indices_point_at_what_they_say(scenes):
         f"arm/joint{k}" for k in range(1, 7)
     ]
     assert model.body(scene.palm).name == "hand/palm"
-    assert model.body(scene.object).name == "object/object"
-    assert model.jnt_type[model.body_jntadr[scene.object]] == mujoco.mjtJoint.mjJNT_FREE
+    assert model.body(scene.object_body).name == "object/object"
+    assert model.jnt_type[model.body_jntadr[scene.object_body]] == mujoco.mjtJoint.mjJNT_FREE
     live = scene.taxel[scene.taxel >= 0]
     assert len(live) == len(set(live)) == 456
     assert live.max() < TACTILE_SIZE == 486
@@ -209,11 +204,11 @@ def test_indices_point_at_what_they_say(scenes):
 
 @pytest.mark.parametrize("name", object_names())
 def test_nothing_touches_the_object_but_the_table_when_a_trial_begins(scenes, name):
-    scene, info = scenes[name], object_info(name)
+    scene = scenes[name]
     data = mujoco.MjData(scene.model)
     for seed in range(2):
-        course = find_course(scene, info, np.random.default_rng(seed))
-        place(scene, data, info, course.plan, course.approach[0], course.opening)
+        motion = plan_motion(scene, np.random.default_rng(seed))
+        place(scene, data, motion.grasp, motion.approach[0], motion.opening)
         mujoco.mj_forward(scene.model, data)
         groups = np.sort(scene.geom_group[data.contact.geom], axis=1)
         assert ((groups == (OBJECT_GEOM, TABLE_GEOM)).all(axis=1)).all(), groups

@@ -1,4 +1,4 @@
-"""The running cell: references in even steps, torque peaks, divergence noticed at once."""
+"""The simulation: references in even steps, torque peaks, divergence noticed at once."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from sdh_sim.cell.scene import Scene, build_scene
-from sdh_sim.cell.simulation import Cell
+from sdh_sim.cell import Scene, Simulation, build_scene
 from sdh_sim.errors import Diverged
 from sdh_sim.settings import TrialSettings
 
@@ -31,30 +30,30 @@ def steps(monkeypatch):
 
 
 def test_references_go_to_their_new_values_evenly(scene, steps):
-    cell = Cell(scene)
-    start = cell.data.ctrl.copy()
+    simulation = Simulation(scene)
+    start = simulation.data.ctrl.copy()
     arm, hand = 0.01 * np.arange(1.0, 7.0), -0.02 * np.arange(1.0, 8.0)
-    cell.tick(arm, hand)
+    simulation.tick(arm, hand)
     target = np.empty_like(start)
     target[scene.arm_motors], target[scene.motors] = arm, hand
-    assert len(steps) == cell.steps == 5
+    assert len(steps) == simulation.steps == 5
     for k, control in enumerate(steps, start=1):
         assert control == pytest.approx(start + k / 5 * (target - start), abs=1e-15)
 
 
 def test_references_that_are_not_given_stay(scene, steps):
-    cell = Cell(scene)
+    simulation = Simulation(scene)
     arm, hand = np.full(6, 0.01), np.full(7, 0.02)
-    cell.tick(arm, hand)
-    cell.tick(hand=2.0 * hand)
-    assert cell.data.ctrl[scene.arm_motors] == pytest.approx(arm, abs=1e-15)
-    assert cell.data.ctrl[scene.motors] == pytest.approx(2.0 * hand, abs=1e-15)
-    cell.tick()
+    simulation.tick(arm, hand)
+    simulation.tick(hand=2.0 * hand)
+    assert simulation.data.ctrl[scene.arm_motors] == pytest.approx(arm, abs=1e-15)
+    assert simulation.data.ctrl[scene.motors] == pytest.approx(2.0 * hand, abs=1e-15)
+    simulation.tick()
     assert (steps[-1] == steps[-5]).all()
 
 
 def test_the_peak_is_that_of_every_step(scene, monkeypatch):
-    cell, seen, step = Cell(scene), [], mujoco.mj_step
+    simulation, seen, step = Simulation(scene), [], mujoco.mj_step
 
     def watched(model, data):
         step(model, data)
@@ -62,15 +61,15 @@ def test_the_peak_is_that_of_every_step(scene, monkeypatch):
 
     monkeypatch.setattr(mujoco, "mj_step", watched)
     for _ in range(3):
-        cell.tick(hand=cell.data.ctrl[scene.motors] + 0.05)
+        simulation.tick(hand=simulation.data.ctrl[scene.motors] + 0.05)
     assert len(seen) == 15
-    assert (cell.peak == np.max(seen, axis=0)).all()
-    assert cell.peak.max() > 0.0
+    assert (simulation.peak == np.max(seen, axis=0)).all()
+    assert simulation.peak.max() > 0.0
 
 
 @pytest.mark.parametrize("speed", [np.nan, np.inf, 2e3])
 def test_divergence_is_noticed_within_its_step(scene, monkeypatch, speed):
-    cell, taken, step = Cell(scene), [], mujoco.mj_step
+    simulation, taken, step = Simulation(scene), [], mujoco.mj_step
 
     def spoilt(model, data):
         step(model, data)
@@ -80,19 +79,23 @@ def test_divergence_is_noticed_within_its_step(scene, monkeypatch, speed):
 
     monkeypatch.setattr(mujoco, "mj_step", spoilt)
     with pytest.raises(Diverged):
-        cell.tick()
+        simulation.tick()
     assert len(taken) == 3
-    assert cell.state()["qvel"][scene.object_dof] == pytest.approx(speed, nan_ok=True)
+    assert simulation.state()["qvel"][scene.object_dof] == pytest.approx(speed, nan_ok=True)
 
 
 def test_restore_goes_back_but_for_the_clock(scene):
-    cell = Cell(scene)
-    cell.wait(0.05)
-    saved, places, speeds = cell.save(), cell.data.qpos.copy(), cell.data.qvel.copy()
-    cell.tick(hand=np.full(7, 0.1))
-    later = cell.time
-    cell.restore(saved)
-    assert cell.time == later
-    assert (cell.data.qpos == places).all()
-    assert (cell.data.qvel == speeds).all()
-    assert (cell.data.ctrl[scene.motors] == 0.0).all()
+    simulation = Simulation(scene)
+    simulation.wait(0.05)
+    saved, places, speeds = (
+        simulation.save(),
+        simulation.data.qpos.copy(),
+        simulation.data.qvel.copy(),
+    )
+    simulation.tick(hand=np.full(7, 0.1))
+    later = simulation.time
+    simulation.restore(saved)
+    assert simulation.time == later
+    assert (simulation.data.qpos == places).all()
+    assert (simulation.data.qvel == speeds).all()
+    assert (simulation.data.ctrl[scene.motors] == 0.0).all()

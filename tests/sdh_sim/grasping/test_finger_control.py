@@ -6,9 +6,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from sdh_sim.cell.scene import build_scene
-from sdh_sim.grasping.finger_control import FingerControl
-from sdh_sim.robot.hand import preshape_angles, torque_limits
+from sdh_sim.cell import build_scene
+from sdh_sim.grasping import FingerControl
+from sdh_sim.robot import preshape_angles, torque_limits
 from sdh_sim.settings import TrialSettings
 from tests.support import taxel_press as sdh_press
 

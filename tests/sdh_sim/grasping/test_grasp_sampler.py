@@ -8,16 +8,15 @@ import math
 import numpy as np
 import pytest
 
+from sdh_sim.grasping import GraspPlan, sample_grasp
 from sdh_sim.grasping import grasp_sampler as grasps
-from sdh_sim.grasping.grasp_sampler import GraspPlan, sample_grasp
-from sdh_sim.objects.catalogue import ObjectInfo, object_info, object_names
-from sdh_sim.objects.facts import Spread
+from sdh_sim.objects import ObjectInfo, Spread, object_info, object_names
 from sdh_sim.robot.sdh2_constants import PRESHAPES
 
 
-def draw(thing: ObjectInfo, count: int, seed: int = 0) -> list[GraspPlan]:
+def draw(obj: ObjectInfo, count: int, seed: int = 0) -> list[GraspPlan]:
     rng = np.random.default_rng(seed)
-    return [sample_grasp(thing, rng) for _ in range(count)]
+    return [sample_grasp(obj, rng) for _ in range(count)]
 
 
 def exact(monkeypatch, name: str, side: float, wide: float) -> None:
@@ -31,8 +30,8 @@ def plan(**changes) -> GraspPlan:
 
 @pytest.mark.parametrize("name", object_names())
 def test_the_generator_alone_decides(name):
-    thing = object_info(name)
-    first, again, other = draw(thing, 30), draw(thing, 30), draw(thing, 30, seed=1)
+    obj = object_info(name)
+    first, again, other = draw(obj, 30), draw(obj, 30), draw(obj, 30, seed=1)
     for a, b in zip(first, again, strict=True):
         for field in dataclasses.fields(GraspPlan):
             assert np.array_equal(getattr(a, field.name), getattr(b, field.name))
@@ -49,22 +48,22 @@ def test_palm_rotations_are_right_handed_and_orthonormal(name):
 
 @pytest.mark.parametrize("name", object_names())
 def test_ranges(name):
-    thing = object_info(name)
-    plans = draw(thing, 400)
+    obj = object_info(name)
+    plans = draw(obj, 400)
     for p in plans:
         assert p.preshape in PRESHAPES
         low, high = grasps.DEPTH[p.preshape]
         if p.approach == "side":
             assert abs(p.azimuth) <= math.radians(50)
             assert 0.0 <= p.tilt <= math.radians(15)
-            assert 0.055 <= p.height <= thing.height - 0.025
+            assert 0.055 <= p.height <= obj.height - 0.025
             # Set back by what the near face is further than 40 mm from the axis.
-            setback = [max(0.0, half - 0.040) for half in (thing.half_narrow, thing.half_wide)]
+            setback = [max(0.0, half - 0.040) for half in (obj.half_narrow, obj.half_wide)]
             assert low + min(setback) <= p.depth <= high + max(setback)
         else:
             assert p.approach == "top"
             assert p.roll == 0.0
-            assert thing.height - 0.07 <= p.height <= thing.height - 0.015
+            assert obj.height - 0.07 <= p.height <= obj.height - 0.015
             assert low <= p.depth <= high
         # The palm never starts inside the table or on the object's far side.
         assert p.palm_position()[2] > 0.0
@@ -93,9 +92,9 @@ def horizontal_angle(vector: np.ndarray) -> float:
 def test_the_hand_closes_across_the_side_asked_for(monkeypatch, name, side, wide, narrow_yaw):
     exact(monkeypatch, name, side, wide)
     # All three have their narrow side along x; one modelled the other way round must do too.
-    thing = dataclasses.replace(object_info(name), narrow_yaw=narrow_yaw)
-    assert thing.half_narrow < thing.half_wide
-    for p in draw(thing, 40):
+    obj = dataclasses.replace(object_info(name), narrow_yaw=narrow_yaw)
+    assert obj.half_narrow < obj.half_wide
+    for p in draw(obj, 40):
         # The fingers close along the palm's x, which lies along the object's narrow side or
         # across it, whichever of its two senses.
         closing = p.palm_rotation()[:, 0]
@@ -107,13 +106,13 @@ def test_the_hand_closes_across_the_side_asked_for(monkeypatch, name, side, wide
 @pytest.mark.parametrize("name", object_names())
 def test_narrow_side_is_the_shape_s_own(name):
     # From the object's extents alone, turned as it stands.
-    thing = object_info(name)
-    quat = thing.standing_quat
+    obj = object_info(name)
+    quat = obj.standing_quat
     up_is_y = quat[0] == pytest.approx(math.sqrt(0.5))  # standing on its y axis: x, z are level
-    level = thing.extents_m[[0, 2]] if up_is_y else thing.extents_m[[0, 1]]
-    assert 2 * thing.half_narrow == pytest.approx(level.min(), abs=1e-6)
-    assert 2 * thing.half_wide == pytest.approx(level.max(), abs=1e-6)
-    assert (thing.narrow_yaw == 0.0) == (level[0] <= level[1])
+    level = obj.extents_m[[0, 2]] if up_is_y else obj.extents_m[[0, 1]]
+    assert 2 * obj.half_narrow == pytest.approx(level.min(), abs=1e-6)
+    assert 2 * obj.half_wide == pytest.approx(level.max(), abs=1e-6)
+    assert (obj.narrow_yaw == 0.0) == (level[0] <= level[1])
 
 
 def test_side_pose_by_hand():
@@ -156,5 +155,5 @@ def test_roll_turns_about_the_approach():
 
 
 def test_an_unlisted_object_gets_the_default_spread():
-    thing = dataclasses.replace(object_info("box"), name="teapot")
-    assert {p.approach for p in draw(thing, 40)} == {"side", "top"}
+    obj = dataclasses.replace(object_info("box"), name="teapot")
+    assert {p.approach for p in draw(obj, 40)} == {"side", "top"}

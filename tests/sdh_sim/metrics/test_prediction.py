@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sdh_sim.metrics.prediction import NO_READING, predict
-from sdh_sim.objects.catalogue import ObjectInfo, object_info, user_object
-from sdh_sim.robot.hand import HandKinematics
+from sdh_sim.metrics import NO_READING, predict
+from sdh_sim.objects import ObjectInfo, object_info, user_object
+from sdh_sim.robot import HandKinematics
+from sdh_sim.sensing import TactileSnapshot
 from sdh_sim.sensing import perceived_grasp as perception
-from sdh_sim.sensing.snapshot import TactileSnapshot
 
 LIMIT = (1.6401, 1.0934)
 FINGER1, FINGER2, THUMB = range(3)
@@ -46,13 +46,13 @@ def plate(tmp_path_factory) -> ObjectInfo:
 
 
 @pytest.fixture
-def thing() -> ObjectInfo:
+def obj() -> ObjectInfo:
     return replace(object_info("box"), com_m=np.zeros(3))
 
 
 @pytest.fixture
 def pinch() -> TactileSnapshot:
-    """Fingers 1 and 2 oppose each other (spread 90 degrees), one cell each, the object between.
+    """Fingers 1 and 2 oppose each other (spread 90 degrees), one taxel each, the object between.
 
     Column 2 of one finger and 3 of the other lie at the palm's x = 19.05 - 1.7 mm, row 13 at
     z = 91 + 21.6: there is the centre of mass.
@@ -114,76 +114,73 @@ def test_without_friction_no_pinch(on_the_spot, kinematics, plate, pinch):
     assert found.q_linf == found.q_l1 == 0.0
 
 
-def test_no_reading_no_prediction(kinematics, thing, pinch):
-    found = predict(replace(pinch, proximal=np.zeros((3, 14, 6))), thing, LIMIT, "all", kinematics)
+def test_no_reading_no_prediction(kinematics, obj, pinch):
+    found = predict(replace(pinch, proximal=np.zeros((3, 14, 6))), obj, LIMIT, "all", kinematics)
     assert found.q_linf == found.q_l1 == 0.0
     assert found.reason == NO_READING
     assert found.contacts == ()
 
 
-def test_q_is_proportional_to_the_torque_limit(kinematics, thing, grasp):
-    base = predict(grasp, thing, LIMIT, "all", kinematics)
+def test_q_is_proportional_to_the_torque_limit(kinematics, obj, grasp):
+    base = predict(grasp, obj, LIMIT, "all", kinematics)
     assert base.q_linf > 0
-    double = predict(grasp, thing, (2 * LIMIT[0], 2 * LIMIT[1]), "all", kinematics)
+    double = predict(grasp, obj, (2 * LIMIT[0], 2 * LIMIT[1]), "all", kinematics)
     assert double.q_linf == pytest.approx(2 * base.q_linf, rel=1e-6)
     assert double.q_l1 == pytest.approx(2 * base.q_l1, rel=1e-6)
 
 
-def test_q_is_inverse_to_the_mass(kinematics, thing, grasp):
-    base = predict(grasp, thing, LIMIT, "all", kinematics)
-    heavy = predict(grasp, replace(thing, mass_kg=3 * thing.mass_kg), LIMIT, "all", kinematics)
+def test_q_is_inverse_to_the_mass(kinematics, obj, grasp):
+    base = predict(grasp, obj, LIMIT, "all", kinematics)
+    heavy = predict(grasp, replace(obj, mass_kg=3 * obj.mass_kg), LIMIT, "all", kinematics)
     assert heavy.q_linf == pytest.approx(base.q_linf / 3, rel=1e-6)
     assert heavy.q_l1 == pytest.approx(base.q_l1 / 3, rel=1e-6)
 
 
-def test_sharing_a_bound_never_helps(kinematics, thing, grasp):
-    found = predict(grasp, thing, LIMIT, "all", kinematics)
+def test_sharing_a_bound_never_helps(kinematics, obj, grasp):
+    found = predict(grasp, obj, LIMIT, "all", kinematics)
     count = len(found.contacts)
     assert count == 3
     assert found.q_l1 <= found.q_linf <= count * found.q_l1 * (1 + 1e-9)
 
 
-def test_q_keeps_below_what_all_contacts_can_push(kinematics, thing, grasp):
-    found = predict(grasp, thing, LIMIT, "all", kinematics)
+def test_q_keeps_below_what_all_contacts_can_push(kinematics, obj, grasp):
+    found = predict(grasp, obj, LIMIT, "all", kinematics)
     most = sum(p.contact.max_normal_force * math.hypot(1, 0.63) for p in found.contacts)
     assert 0 < found.q_linf < most / WEIGHT
 
 
-def test_it_depends_on_snapshot_shape_mass_friction_com_and_limits_only(kinematics, thing, grasp):
-    base = predict(grasp, thing, LIMIT, "all", kinematics)
+def test_it_depends_on_snapshot_shape_mass_friction_com_and_limits_only(kinematics, obj, grasp):
+    base = predict(grasp, obj, LIMIT, "all", kinematics)
     # Elsewhere in the world, turned about the vertical: gravity is the same.
     turned = np.array([3.0, -2.0, 1.0, math.cos(0.4), 0, 0, math.sin(0.4)])
     # The same readings in other units.
     louder = replace(grasp, proximal=grasp.proximal * 7.0)
     # What the object needs to stand on the table and to be planned for.
     other = replace(
-        thing, extents_m=np.ones(3), height=2.0, half_wide=1.0,
+        obj, extents_m=np.ones(3), height=2.0, half_wide=1.0,
         inertia_kgm2=np.eye(3), standing_height=9.0,
     )  # fmt: skip
-    kinematics.pose(np.radians([30, 10, 20, 30, 40, 50, 60]))  # what was posed before
-    for same, what in ((grasp, other), (louder, thing),
-                       (replace(grasp, hand_pose_world=turned), thing)):  # fmt: skip
+    for same, what in ((grasp, other), (louder, obj),
+                       (replace(grasp, hand_pose_world=turned), obj)):  # fmt: skip
         again = predict(same, what, LIMIT, "all", kinematics)
         assert again.q_linf == pytest.approx(base.q_linf, rel=1e-9)
         assert again.q_l1 == pytest.approx(base.q_l1, rel=1e-9)
     # The motors' torques serve other metrics: q* takes the limits.
-    strained = predict(
-        replace(grasp, motor_torques=np.full(7, 1.5)), thing, LIMIT, "all", kinematics
-    )
+    strained = predict(replace(grasp, motor_torques=np.full(7, 1.5)), obj, LIMIT, "all", kinematics)
     assert (strained.q_linf, strained.q_l1) == (base.q_linf, base.q_l1)
     # And it does listen to what it may know.
-    rounder = predict(grasp, replace(thing, name="oval_bottle"), LIMIT, "all", kinematics)
+    rounder = predict(grasp, replace(obj, name="oval_bottle"), LIMIT, "all", kinematics)
     assert rounder.q_linf != pytest.approx(base.q_linf)
-    slippery = predict(grasp, replace(thing, friction=0.3), LIMIT, "all", kinematics)
+    slippery = predict(grasp, replace(obj, friction=0.3), LIMIT, "all", kinematics)
     assert slippery.q_linf < base.q_linf
-    askew = replace(thing, com_m=np.array([0.03, 0.0, 0.0]))
+    askew = replace(obj, com_m=np.array([0.03, 0.0, 0.0]))
     assert predict(grasp, askew, LIMIT, "all", kinematics).q_linf != pytest.approx(base.q_linf)
     # ... but not to how deep along gravity the centre of mass lies: the line is the same.
-    deeper = replace(thing, com_m=np.array([0.0, 0.0, -0.1]))
+    deeper = replace(obj, com_m=np.array([0.0, 0.0, -0.1]))
     assert predict(grasp, deeper, LIMIT, "all", kinematics).q_linf == pytest.approx(base.q_linf)
 
 
-def test_the_same_snapshot_gives_the_same_bits(kinematics, thing, grasp):
-    first = predict(grasp, thing, LIMIT, "all", kinematics)
-    assert first.values == predict(grasp, thing, LIMIT, "all", kinematics).values
-    assert first.values == predict(grasp, thing, LIMIT, "all", HandKinematics()).values
+def test_the_same_snapshot_gives_the_same_bits(kinematics, obj, grasp):
+    first = predict(grasp, obj, LIMIT, "all", kinematics)
+    assert first.values == predict(grasp, obj, LIMIT, "all", kinematics).values
+    assert first.values == predict(grasp, obj, LIMIT, "all", HandKinematics()).values

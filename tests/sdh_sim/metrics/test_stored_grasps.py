@@ -9,11 +9,10 @@ import pyarrow.parquet as pq
 import pytest
 
 from sdh_sim import records
-from sdh_sim.metrics.built_in import METRICS, evaluate
-from sdh_sim.metrics.stored_grasps import grasp_of, object_of, read_stored, snapshot_of
-from sdh_sim.robot.hand import HandKinematics
+from sdh_sim.metrics import METRICS, evaluate, grasp_of, object_of, read_stored, snapshot_of
+from sdh_sim.robot import HandKinematics
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.trial import run_trial
+from sdh_sim.trial import run_trial
 
 CHEAP = {name: METRICS[name] for name in ("q_linf", "q_l1", "q_capability", "q_held")}
 
@@ -30,7 +29,7 @@ def settings() -> TrialSettings:
 @pytest.fixture(scope="module")
 def table(settings, tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("stored") / "trials.parquet"
-    held = ({"trial": k, **run_trial(settings, k).row} for k in range(3, 40))
+    held = ({**run_trial(settings, k).row, "trial": k} for k in range(3, 40))
     row = next(r for r in held if r["q_linf"] > 0.5)
     early = {"trial": 99, "object": "box", "seed": 1, "success": False}
     records.write_rows([row, {**early, "failure": "unstable_simulation"}], path)
@@ -56,9 +55,9 @@ def test_what_the_metrics_saw_counts_not_what_was(table):
     assert snapshot is not None
     assert (snapshot.object_pose_hand == row["perceived_pose_hand"]).all()
     assert (snapshot.object_pose_hand != row["object_pose_hand"]).any()
-    thing = object_of(row)
-    assert thing.friction == row["perceived_friction"] != row["friction"]
-    assert thing.mass_kg == row["perceived_mass_kg"] != row["mass_kg"]
+    obj = object_of(row)
+    assert obj.friction == row["perceived_friction"] != row["friction"]
+    assert obj.mass_kg == row["perceived_mass_kg"] != row["mass_kg"]
 
 
 def test_distal_pads_are_a_part_of_all(table):

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,12 +15,12 @@ import pyarrow.parquet as pq
 import pytest
 
 from sdh_sim import records
-from sdh_sim.records.schema import RecordError
+from sdh_sim.errors import RecordError
 from tests.support.repository import ROOT
 from tests.support.trial_stand_ins import make_row
 
 
-def rows(count: int) -> list[records.Row]:
+def rows(count: int) -> list[dict[str, Any]]:
     return [{**make_row("box", seed), "trial": seed} for seed in range(count)]
 
 
@@ -199,8 +200,8 @@ def test_a_refused_write_leaves_the_old_file(tmp_path):
 _WRITER = """
 import sys
 from pathlib import Path
-sys.path.insert(0, "tests")
-from trial_stand_ins import make_row
+sys.path.insert(0, ".")
+from tests.support.trial_stand_ins import make_row
 from sdh_sim import records
 rows = [{**make_row("box", i), "trial": i} for i in range(int(sys.argv[2]))]
 while True:

@@ -1,4 +1,4 @@
-"""The report: what it says, that it stands alone, and that it is whole or not there."""
+"""The report: its numbers, a page that needs no other file, and writes that the disk refuses."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ import pyarrow.parquet as pq
 import pytest
 from PIL import Image
 
-from sdh_sim import records
 from sdh_sim.analysis import comparison as compare
 from sdh_sim.analysis.study import read_study
 from sdh_sim.cli.app import main
 from sdh_sim.metrics import built_in as metrics
-from sdh_sim.report.report import write_report
+from sdh_sim.records import write_rows
+from sdh_sim.report import write_report
 
 FEW = 50
 
 
 def rows(count: int = 24) -> list[dict]:
-    """Trials on two objects whose metrics tell something, with a load test."""
+    """Load-tested trials on two objects, whose metrics grow with the load held."""
     rng = np.random.default_rng(7)
     found = []
     for k in range(count):
@@ -59,7 +59,7 @@ def rows(count: int = 24) -> list[dict]:
 def run(tmp_path) -> Path:
     folder = tmp_path / "run"
     folder.mkdir()
-    records.write_rows(rows(), folder / "trials.parquet")
+    write_rows(rows(), folder / "trials.parquet")
     return folder
 
 
@@ -71,7 +71,7 @@ def study(run: Path, metrics=compare.ALL_METRICS):
 def reported(tmp_path_factory) -> Path:
     """A report of every metric, not to be changed."""
     folder = tmp_path_factory.mktemp("reported")
-    records.write_rows(rows(), folder / "trials.parquet")
+    write_rows(rows(), folder / "trials.parquet")
     write_report(study(folder), folder / "report", "a <run> & more")
     return folder / "report"
 
@@ -93,6 +93,15 @@ def test_the_page_stands_alone(reported):
         links = re.findall(r'(?:href|src)="([^"]*)"', svg) + re.findall(r"url\(([^)]*)\)", svg)
         assert links
         assert all(link.startswith("#") for link in links)
+
+
+def test_names_from_a_file_are_text(run):
+    named = ({**r, "object": ("<script>x</script>", "a & b")[r["trial"] % 2]} for r in rows())
+    write_rows(named, run / "trials.parquet")
+    page = write_report(study(run, compare.METRICS), run / "report", "").read_text()
+    assert "<script" not in page
+    assert "&lt;script&gt;x&lt;/script&gt;</td>" in page
+    assert "a &amp; b</td>" in page
 
 
 def test_every_figure_is_there_as_svg_and_png(reported):
@@ -166,9 +175,7 @@ def test_a_refused_write_leaves_the_old_page(run, reported, monkeypatch):
 def test_what_no_longer_belongs_is_removed(run, reported):
     shutil.copytree(reported, run / "report")
     (run / "report" / "mine.txt").write_text("keep")
-    records.write_rows(
-        ({**r, "q_sim": None, "q_sim_capped": None} for r in rows()), run / "trials.parquet"
-    )
+    write_rows(({**r, "q_sim": None, "q_sim_capped": None} for r in rows()), run / "trials.parquet")
     page = write_report(study(run, compare.METRICS), run / "report", "").read_text()
     assert not list((run / "report").glob("load*"))
     assert (run / "report" / "mine.txt").exists()
@@ -178,7 +185,7 @@ def test_what_no_longer_belongs_is_removed(run, reported):
 @pytest.mark.parametrize("kept", [slice(0, 1), slice(0, 2), slice(1, 24, 2)])
 def test_few_trials_of_one_object_or_outcome(run, kept):
     some = [{**r, "success": True, "failure": "none"} for r in rows()][kept]
-    records.write_rows(some, run / "trials.parquet")
+    write_rows(some, run / "trials.parquet")
     page = write_report(study(run), run / "report", "").read_text()
     assert f"{len(some)} trials were compared" in page
     assert "nan" not in page.lower()
@@ -186,22 +193,22 @@ def test_few_trials_of_one_object_or_outcome(run, kept):
 
 def test_surplus_trials_are_left_out(run, tmp_path, capsys):
     path = run / "trials.parquet"
-    records.write_rows(({**r, "surplus": r["trial"] >= 10} for r in rows()), path)
+    write_rows(({**r, "surplus": r["trial"] >= 10} for r in rows()), path)
     some = read_study([path], resamples=FEW)
-    assert (some.surplus, some.tables) == (14, 24)
+    assert (some.surplus, some.read) == (14, 24)
     assert some.findings["overall", "q_linf"].comparison.n == 10
     # An older table, from before there were presets, beside it.
     older = tmp_path / "older.parquet"
     pq.write_table(pq.read_table(path).drop_columns(["surplus"]), older)
     both = read_study([path, older], resamples=FEW)
-    assert (both.surplus, both.tables) == (14, 48)
+    assert (both.surplus, both.read) == (14, 48)
     assert both.findings["overall", "q_linf"].comparison.n == 34
     assert main(["compare", str(path)]) == 0
     assert "14 trials beyond the objects' shares are left out" in capsys.readouterr().out
 
 
 def test_published_numbers_are_drawn_and_further_sections_come_in(run):
-    from sdh_sim.report.html import Section
+    from sdh_sim.report.page import Section
 
     def extra(draw):
         from sdh_sim.report import figures
@@ -245,7 +252,7 @@ def test_compare_without_a_report(run, capsys):
 
 def test_several_runs_need_a_place(run, tmp_path, capsys):
     other = tmp_path / "other.parquet"
-    records.write_rows(rows(10), other)
+    write_rows(rows(10), other)
     assert main(["compare", str(run), str(other)]) == 0
     assert "give --report FOLDER" in capsys.readouterr().out
     assert main(["compare", str(run), str(other), "--report", str(tmp_path / "r")]) == 0

@@ -6,9 +6,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from sdh_sim.cell.scene import build_scene
+from sdh_sim.cell import build_scene
+from sdh_sim.robot import ArmKinematics, along
 from sdh_sim.robot import arm as arm_module
-from sdh_sim.robot.arm import ArmKinematics, along, arm_speed_limit
+from sdh_sim.robot.arm import arm_speed_limit
 from sdh_sim.settings import TrialSettings
 
 DOWN = np.array([[1.0, 0, 0], [0, -1, 0], [0, 0, -1]])  # the palm over the table, facing it

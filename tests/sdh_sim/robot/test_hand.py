@@ -17,8 +17,7 @@ import numpy as np
 import pytest
 
 from sdh_sim.model_files import models_dir
-from sdh_sim.robot import hand
-from sdh_sim.robot.hand import HandKinematics
+from sdh_sim.robot import HandKinematics, hand, pads
 
 # Motors: spread, finger 2 proximal and distal, thumb the same, finger 1 the same [deg]; the
 # body; its origin in the palm frame [mm]; its x and z axes. sin 30 = cos 60 = .5,
@@ -63,8 +62,8 @@ def model() -> mujoco.MjModel:
 
 @pytest.mark.parametrize(("motors", "body", "origin", "x", "z"), POSTURES)
 def test_kinematics_are_the_tables(kinematics, motors, body, origin, x, z):
-    kinematics.pose(np.radians(motors))
-    position, rotation = kinematics.link(body)
+    posture = kinematics.at(np.radians(motors))
+    position, rotation = posture.link(body)
     assert position * 1e3 == pytest.approx(origin, abs=1e-3)
     assert rotation[:, 0] == pytest.approx(x, abs=1e-6)
     assert rotation[:, 2] == pytest.approx(z, abs=1e-6)
@@ -99,8 +98,8 @@ def test_fingertip_is_68_5_mm_past_the_distal_axis(model):
 
 
 def test_three_fingers_at_120_degrees_at_spread_60(kinematics):
-    kinematics.pose(np.radians([60, 0, 0, 0, 0, 0, 0]))
-    facing = [kinematics.link(f"{f}_distal")[1][:, 0] for f in hand.FINGER_NAMES]
+    posture = kinematics.at(np.radians([60, 0, 0, 0, 0, 0, 0]))
+    facing = [posture.link(f"{f}_distal")[1][:, 0] for f in hand.FINGER_NAMES]
     for a, b in ((0, 1), (0, 2), (1, 2)):
         assert facing[a] @ facing[b] == pytest.approx(-0.5)
 
@@ -110,12 +109,12 @@ def test_jacobian_by_hand(kinematics):
     # palm (14.80 cos 75 + 22.45 sin 75, -14.80 sin 75 + 22.45 cos 75) = (25.5156, -8.4852) from
     # the distal axis and (68.7656, 66.4260) from the proximal one; a turn about +y moves (x, z)
     # by (z, -x) per radian.
-    kinematics.pose(np.radians([0, 0, 0, 30, 45, 0, 0]))
+    posture = kinematics.at(np.radians([0, 0, 0, 30, 45, 0, 0]))
     point = np.array([5.14 + 25.5156, 3.0, 165.9112 - 8.4852]) * 1e-3
     expected = np.zeros((3, 7))
     expected[:, 3] = (66.4260e-3, 0, -68.7656e-3)
     expected[:, 4] = (-8.4852e-3, 0, -25.5156e-3)
-    assert kinematics.jacobian("thumb_distal", point) == pytest.approx(expected, abs=1e-6)
+    assert posture.jacobian("thumb_distal", point) == pytest.approx(expected, abs=1e-6)
 
 
 @pytest.mark.parametrize("finger", hand.FINGER_NAMES)
@@ -129,15 +128,16 @@ def test_jacobian_is_the_derivative_of_position(kinematics, finger, kind):
         local = rng.uniform(-0.05, 0.05, 3)
 
         def place(at, local=local):
-            kinematics.pose(at)
-            position, rotation = kinematics.link(body)
+            posture = kinematics.at(at)
+            position, rotation = posture.link(body)
             return position + rotation @ local
 
         differences = np.column_stack([
             (place(angles + step * e) - place(angles - step * e)) / (2 * step) for e in np.eye(7)
         ])  # fmt: skip
         point = place(angles)
-        assert kinematics.jacobian(body, point) == pytest.approx(differences, abs=1e-9)
+        posture = kinematics.at(angles)
+        assert posture.jacobian(body, point) == pytest.approx(differences, abs=1e-9)
         moved = np.abs(differences).max(axis=0) > 1e-6
         own = {"knuckle": 0, "proximal": 1, "distal": 2}[kind]
         assert moved[0] == (finger != "thumb")  # the one spread motor turns both fingers
@@ -148,15 +148,15 @@ def test_jacobian_is_the_derivative_of_position(kinematics, finger, kind):
 def test_spin_by_hand(kinematics):
     # Finger 1 at spread 60: the spread turns it about the palm's +z; its joints' axis is +y of
     # the base, which is turned by 180 + 60 degrees: (sin 60, -cos 60, 0).
-    kinematics.pose(np.radians([60, 0, 0, 0, 0, 20, -20]))
+    posture = kinematics.at(np.radians([60, 0, 0, 0, 0, 20, -20]))
     expected = np.zeros((3, 7))
     expected[:, 0] = (0, 0, 1)
     expected[:, 5] = expected[:, 6] = (0.8660254, -0.5, 0)
-    assert kinematics.spin_jacobian("finger1_distal") == pytest.approx(expected, abs=1e-6)
+    assert posture.spin_jacobian("finger1_distal") == pytest.approx(expected, abs=1e-6)
     expected = np.zeros((3, 7))
     expected[:, 0] = (0, 0, -1)  # finger 2 turns the other way
     expected[:, 1] = (-0.8660254, -0.5, 0)
-    assert kinematics.spin_jacobian("finger2_proximal") == pytest.approx(expected, abs=1e-6)
+    assert posture.spin_jacobian("finger2_proximal") == pytest.approx(expected, abs=1e-6)
 
 
 def test_limits_speeds_and_torques_are_the_data_sheets(model):
@@ -186,18 +186,18 @@ def test_limits_speeds_and_torques_are_the_data_sheets(model):
 
 
 def test_pads_are_84_and_68_cells():
-    rows = hand.pad_table()
-    assert [r[0] for r in rows] == list(hand.PAD_NAMES)
+    rows = pads.pad_table()
+    assert [r[0] for r in rows] == list(pads.PAD_NAMES)
     assert [r[1:] for r in rows] == [(14, 6, 84, 3.4)] * 3 + [(13, 6, 68, 3.4)] * 3
-    assert hand.live_mask("proximal").all()
-    mask = hand.live_mask("distal")
+    assert pads.live_mask("proximal").all()
+    mask = pads.live_mask("distal")
     expected = np.ones((13, 6), dtype=bool)
     expected[:5, [0, 5]] = False
     assert (mask == expected).all()
 
 
 def test_taxel_centres_match_the_published_ones():
-    proximal, distal = hand.taxel_centres("proximal"), hand.taxel_centres("distal")
+    proximal, distal = pads.taxel_centres("proximal"), pads.taxel_centres("distal")
     assert proximal.shape == (14, 6, 3)
     assert distal.shape == (13, 6, 3)
     # y = (column - 2.5) 3.4; proximal z = 21.6 + (13 - row) 3.4: 65.8 at row 0.

@@ -1,4 +1,4 @@
-"""The tactile arrays as a device: published slopes, the law of creep, conservation, dead cells."""
+"""The tactile arrays as a device: published slopes, the law of creep, conservation, dead taxels."""
 
 from __future__ import annotations
 
@@ -8,15 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sdh_sim.robot.pads import PAD_OFFSETS, arrays, live_mask
-from sdh_sim.sensing.tactile_sensor import (
-    CELL_AREA,
-    FRAME_RATE,
-    PRESETS,
-    SensorModel,
-    TactileSensor,
-    spread_pressure,
-)
+from sdh_sim.robot import PAD_OFFSETS, arrays, live_mask
+from sdh_sim.sensing import SensorModel, TactileSensor
+from sdh_sim.sensing.tactile_sensor import FRAME_RATE, PRESETS, TAXEL_AREA, spread_pressure
 
 DSA = SensorModel()  # the preset
 STATIC = SensorModel(crosstalk=0.0, creep_share=0.0, noise=0.0, gain_spread=0.0)
@@ -134,7 +128,7 @@ def test_unloaded_cells_read_nothing_however_noisy():
 
 def test_noise_has_its_standard_deviation_and_comes_from_the_generator():
     model = replace(STATIC, noise=20.0)
-    force = np.full(486, 30e3 * CELL_AREA)
+    force = np.full(486, 30e3 * TAXEL_AREA)
     values = reading(model, force) * 52
     assert np.std(values) == pytest.approx(20.0, rel=0.15)
     assert np.array_equal(values, reading(model, force) * 52)
@@ -142,7 +136,7 @@ def test_noise_has_its_standard_deviation_and_comes_from_the_generator():
 
 def test_gains_spread_but_belong_to_the_hand():
     model = replace(STATIC, gain_spread=0.05, dead_zone=0.0)
-    force = np.full(486, 30e3 * CELL_AREA)
+    force = np.full(486, 30e3 * TAXEL_AREA)
     first = reading(model, force)
     other = TactileSensor(model, np.random.default_rng(99))
     other.frame(force)
@@ -150,9 +144,9 @@ def test_gains_spread_but_belong_to_the_hand():
     assert np.std(first) / np.mean(first) == pytest.approx(0.05, rel=0.15)
 
 
-def test_dead_cells_read_nothing():
+def test_dead_taxels_read_nothing():
     model = replace(STATIC, dead_share=0.2)
-    values = reading(model, np.full(486, 30e3 * CELL_AREA))
+    values = reading(model, np.full(486, 30e3 * TAXEL_AREA))
     assert np.mean(values == 0) == pytest.approx(0.2, abs=0.06)
 
 

@@ -8,18 +8,20 @@ import mujoco
 import numpy as np
 import pytest
 
-from sdh_sim.cell.scene import HAND_GEOM, OBJECT_GEOM, build_scene
-from sdh_sim.cell.simulation import Cell
-from sdh_sim.grasping.acquire import acquire
-from sdh_sim.grasping.motion_plan import find_course
-from sdh_sim.metrics.built_in import METRICS, evaluate
-from sdh_sim.objects.catalogue import ObjectInfo, object_info
-from sdh_sim.robot.hand import HAND, HandKinematics, torque_limits
-from sdh_sim.sensing.perceived_grasp import PerceivedGrasp, perceive
-from sdh_sim.sensing.snapshot import TactileSnapshot
-from sdh_sim.sensing.unsensed_contacts import TOUCHING, unsensed_contacts
+from sdh_sim.cell import HAND_GEOM, OBJECT_GEOM, Simulation
+from sdh_sim.metrics import METRICS, evaluate
+from sdh_sim.objects import ObjectInfo, object_info
+from sdh_sim.robot import HAND, HandKinematics, torque_limits
+from sdh_sim.sensing import (
+    PerceivedGrasp,
+    TactileSnapshot,
+    perceive,
+    take_snapshot,
+    unsensed_contacts,
+)
+from sdh_sim.sensing.unsensed_contacts import TOUCHING
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.trial import take_snapshot
+from sdh_sim.trial import Trial
 
 LIMIT = (1.6401, 1.0934)
 OPEN = np.array([0.0, -1.5, 0.0, -1.5, 0.0, -1.5, 0.0])  # fingers bent outwards, out of the way
@@ -51,31 +53,31 @@ def first_touch(kinematics: HandKinematics) -> float:
 
 def test_a_box_on_the_palm_touches_it_where_their_faces_meet(kinematics):
     height = first_touch(kinematics) - 1e-5
-    snapshot, thing = over_palm(height)
-    found = unsensed_contacts(snapshot, thing, kinematics)
+    snapshot, obj = over_palm(height)
+    found = unsensed_contacts(snapshot, obj, kinematics)
     assert {contact.pad for contact in found} <= {"palm", "finger1_knuckle", "finger2_knuckle"}
     assert len(found) >= 2
     for contact in found:
         assert contact.contact.normal == pytest.approx((0, 0, 1), abs=1e-6)
         # Halfway between the faces, which are a little less than TOUCHING apart.
-        below = -0.0776 - thing.com_m[2] - 0.5 * TOUCHING
+        below = -0.0776 - obj.com_m[2] - 0.5 * TOUCHING
         assert contact.contact.position[2] == pytest.approx(below, abs=2e-5)
-        assert contact.contact.friction == thing.friction
+        assert contact.contact.friction == obj.friction
         # The spread turns the knuckles under the box; nothing lifts it.
         assert contact.contact.normal @ contact.jacobian[:3] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_what_the_palm_carries_needs_no_motor(kinematics):
-    snapshot, thing = over_palm(first_touch(kinematics) - TOUCHING)
-    thing = replace(thing, com_m=np.zeros(3))  # over the middle of the palm
-    grasp = perceive(snapshot, thing, LIMIT, "all", kinematics)
+    snapshot, obj = over_palm(first_touch(kinematics) - TOUCHING)
+    obj = replace(obj, com_m=np.zeros(3))  # over the middle of the palm
+    grasp = perceive(snapshot, obj, LIMIT, "all", kinematics)
     assert grasp.contacts == ()
     values = evaluate(grasp)
     assert values["q_whole_hand"] == np.inf
     assert {values[name] for name in METRICS if name != "q_whole_hand"} == {0.0}
     # The same palm over the box can hold nothing.
     snapshot = replace(snapshot, hand_pose_world=np.array([0, 0, 0.5, 0, 1.0, 0, 0]))
-    assert evaluate(perceive(snapshot, thing, LIMIT, "all", kinematics))["q_whole_hand"] == 0.0
+    assert evaluate(perceive(snapshot, obj, LIMIT, "all", kinematics))["q_whole_hand"] == 0.0
 
 
 def test_pads_left_out_belong_to_the_whole_hand(kinematics):
@@ -83,17 +85,17 @@ def test_pads_left_out_belong_to_the_whole_hand(kinematics):
     proximal[2, 13, 2:4] = 5.0
     pose = np.array([0, 0, 0.15, 1.0, 0, 0, 0])
     seen = TactileSnapshot(proximal, np.zeros((3, 13, 6)), np.zeros(7), np.zeros(7), pose, pose)
-    thing = object_info("box")
-    every, distal = (perceive(seen, thing, LIMIT, pads, kinematics) for pads in ("all", "distal"))
+    obj = object_info("box")
+    every, distal = (perceive(seen, obj, LIMIT, pads, kinematics) for pads in ("all", "distal"))
     assert [c.pad for c in every.contacts] == ["thumb_proximal"]
     assert not distal.contacts
     assert "thumb_proximal" in [c.pad for c in distal.others]
     assert METRICS["q_whole_hand"](every) == pytest.approx(METRICS["q_whole_hand"](distal))
 
 
-def loaded_parts(cell: Cell) -> set[str]:
+def loaded_parts(simulation: Simulation) -> set[str]:
     """Links whose parts without taxels press on the object with more than 0.1 N."""
-    scene, model, data = cell.scene, cell.scene.model, cell.data
+    scene, model, data = simulation.scene, simulation.scene.model, simulation.data
     found = set()
     for k in range(data.ncon):
         geoms = data.contact.geom[k]
@@ -111,21 +113,21 @@ def loaded_parts(cell: Cell) -> set[str]:
 @pytest.mark.parametrize("seed", [2, 4, 6])
 def test_what_bears_load_in_the_simulation_is_found(seed, kinematics):
     settings = TrialSettings(object="box")
-    scene, thing = build_scene(settings), object_info("box")
-    cell = Cell(scene)
-    acquire(cell, thing, find_course(scene, thing, np.random.default_rng(seed)))
-    truth = loaded_parts(cell)
-    found = unsensed_contacts(take_snapshot(cell), thing, kinematics)
+    trial = Trial(settings, seed)
+    trial.acquire()
+    simulation, obj = trial.simulation, trial.scene.obj
+    truth = loaded_parts(simulation)
+    found = unsensed_contacts(take_snapshot(simulation), obj, kinematics)
     assert truth <= {contact.pad for contact in found}
     assert truth  # these seeds are chosen for it
 
 
 def test_more_contacts_never_lower_the_capability(kinematics):
     settings = TrialSettings(object="cylindrical_bottle")
-    scene, thing = build_scene(settings), object_info(settings.object)
-    cell = Cell(scene)
-    acquire(cell, thing, find_course(scene, thing, np.random.default_rng(1)))
-    grasp = perceive(take_snapshot(cell), thing, LIMIT, "all", kinematics)
+    trial = Trial(settings, 1)
+    trial.acquire()
+    simulation, obj = trial.simulation, trial.scene.obj
+    grasp = perceive(take_snapshot(simulation), obj, LIMIT, "all", kinematics)
     assert isinstance(grasp, PerceivedGrasp)
     assert grasp.torque_limits == pytest.approx(torque_limits(LIMIT))
     assert METRICS["q_whole_hand"](grasp) >= METRICS["q_capability"](grasp) - 1e-9 > 0.0

@@ -1,4 +1,4 @@
-"""Disturbances, perturbed copies, misperception and the rigid arm: what each option changes."""
+"""Disturbances, perturbed copies, tracking errors and the rigid arm: what each option changes."""
 
 from __future__ import annotations
 
@@ -8,15 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sdh_sim.cell.scene import build_scene
-from sdh_sim.cell.simulation import Cell
-from sdh_sim.objects.catalogue import object_info
-from sdh_sim.sensing.snapshot import TactileSnapshot
-from sdh_sim.sensing.tracking_error import misperceive
+from sdh_sim.cell import Simulation, build_scene
+from sdh_sim.objects import object_info
+from sdh_sim.sensing import TactileSnapshot, add_tracking_error
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial import disturbance
-from sdh_sim.trial.outcome import motion
-from sdh_sim.trial.trial import run_trial
+from sdh_sim.trial import disturbance, run_trial
+from sdh_sim.trial.outcome import moved_between
 
 BOTTLE = TrialSettings("cylindrical_bottle")
 
@@ -28,22 +25,22 @@ def plain():
 
 def test_turning_goes_120_degrees_either_way_and_comes_back():
     scene = build_scene(BOTTLE)
-    cell, start = Cell(scene), np.array([0.0, 0.4, 0.8, 0.0, 0.4, 0.3])
-    references = np.array(disturbance._turn(start, cell))
+    simulation, start = Simulation(scene), np.array([0.0, 0.4, 0.8, 0.0, 0.4, 0.3])
+    references = np.array(disturbance._turn(start, simulation))
     assert np.degrees(references[:, 5].max() - 0.3) == pytest.approx(120.0)
     assert np.degrees(references[:, 5].min() - 0.3) == pytest.approx(-120.0)
     assert references[-1] == pytest.approx(start)
     assert np.ptp(references[:, :5], axis=0) == pytest.approx(np.zeros(5))
-    speed = np.abs(np.diff(references, axis=0)).max() / cell.tick_time
+    speed = np.abs(np.diff(references, axis=0)).max() / simulation.tick_time
     assert speed < scene.arm_speed_limit[5]
 
 
 def test_shaking_moves_the_hand_by_20_mm_along_its_x():
     scene = build_scene(BOTTLE)
-    cell, start = Cell(scene), np.array([0.0, 0.4, 0.8, 0.0, 0.4, 0.3])
+    simulation, start = Simulation(scene), np.array([0.0, 0.4, 0.8, 0.0, 0.4, 0.3])
     arm = disturbance.arm_kinematics()
     position, rotation = arm.palm_pose(start)
-    path = [arm.palm_pose(r)[0] - position for r in disturbance._shake(start, cell)]
+    path = [arm.palm_pose(r)[0] - position for r in disturbance._shake(start, simulation)]
     along = np.array(path) @ rotation
     assert along[:, 0].max() == pytest.approx(0.02, rel=0.05)
     assert along[:, 0].min() == pytest.approx(-0.02, rel=0.05)
@@ -85,12 +82,12 @@ def test_a_rigid_arm_keeps_its_place_under_load():
     sag = {}
     for kind in ("servo", "rigid"):
         scene = build_scene(replace(BOTTLE, arm=kind))
-        cell = Cell(scene)
+        simulation = Simulation(scene)
         posture = np.array([0.0, 0.2, 0.4, 0.0, 0.6, 0.0])
-        cell.data.qpos[scene.arm_qpos] = cell.data.ctrl[scene.arm_motors] = posture
-        cell.data.xfrc_applied[scene.palm, 2] = -30.0
-        cell.wait(1.0)
-        sag[kind] = np.abs(cell.data.qpos[scene.arm_qpos] - posture).max()
+        simulation.data.qpos[scene.arm_qpos] = simulation.data.ctrl[scene.arm_motors] = posture
+        simulation.data.xfrc_applied[scene.palm, 2] = -30.0
+        simulation.wait(1.0)
+        sag[kind] = np.abs(simulation.data.qpos[scene.arm_qpos] - posture).max()
     assert sag["rigid"] == pytest.approx(sag["servo"] / 100.0, rel=0.05)
     assert sag["servo"] > 1e-4
 
@@ -104,26 +101,26 @@ def snapshot() -> TactileSnapshot:
     )  # fmt: skip
 
 
-def test_nothing_is_misperceived_by_default(snapshot):
-    thing = object_info("box")
-    seen, known = misperceive(snapshot, thing, TrialSettings("box"), np.random.default_rng(0))
+def test_a_tracker_makes_no_error_by_default(snapshot):
+    obj = object_info("box")
+    seen, known = add_tracking_error(snapshot, obj, TrialSettings("box"), np.random.default_rng(0))
     assert seen.object_pose_hand == pytest.approx(snapshot.object_pose_hand, abs=1e-15)
-    assert (known.mass_kg, known.friction) == (thing.mass_kg, thing.friction)
+    assert (known.mass_kg, known.friction) == (obj.mass_kg, obj.friction)
 
 
 def test_errors_have_their_standard_deviations(snapshot):
-    thing, rng = object_info("box"), np.random.default_rng(0)
+    obj, rng = object_info("box"), np.random.default_rng(0)
     settings = TrialSettings(
         "box", position_error=0.003, angle_error=0.05, friction_error=0.1, mass_error=0.2
     )
     moved, turned, friction, mass = [], [], [], []
     for _ in range(4000):
-        seen, known = misperceive(snapshot, thing, settings, rng)
-        step = motion(snapshot.object_pose_hand, seen.object_pose_hand, thing.com_m)
+        seen, known = add_tracking_error(snapshot, obj, settings, rng)
+        step = moved_between(snapshot.object_pose_hand, seen.object_pose_hand, obj.com_m)
         moved.append(step[0])
         turned.append(math.radians(step[1]))
-        friction.append(known.friction / thing.friction)
-        mass.append(known.mass_kg / thing.mass_kg)
+        friction.append(known.friction / obj.friction)
+        mass.append(known.mass_kg / obj.mass_kg)
     # Three independent axes each: the mean square is three times the variance.
     assert np.sqrt(np.mean(np.square(moved)) / 3) == pytest.approx(3.0, rel=0.05)
     assert np.sqrt(np.mean(np.square(turned)) / 3) == pytest.approx(0.05, rel=0.05)
@@ -132,16 +129,16 @@ def test_errors_have_their_standard_deviations(snapshot):
 
 
 def test_one_error_does_not_change_another(snapshot):
-    thing = object_info("box")
+    obj = object_info("box")
     masses = [
-        misperceive(snapshot, thing, TrialSettings("box", mass_error=0.1, position_error=p),
+        add_tracking_error(snapshot, obj, TrialSettings("box", mass_error=0.1, position_error=p),
                     np.random.default_rng(3))[1].mass_kg
         for p in (0.0, 0.01)
     ]  # fmt: skip
     assert masses[0] == masses[1]
 
 
-def test_misperception_changes_the_metrics_and_nothing_else(plain):
+def test_a_tracking_error_changes_the_metrics_and_nothing_else(plain):
     settings = replace(BOTTLE, position_error=0.003, angle_error=0.05, mass_error=0.1)
     row = run_trial(settings, 1).row
     assert row["q_linf"] != plain["q_linf"]

@@ -10,28 +10,20 @@ import numpy as np
 import pytest
 
 from sdh_sim import records
-from sdh_sim.cell.scene import HAND_GEOM, OBJECT_GEOM, Scene, build_scene
-from sdh_sim.cell.simulation import Cell
-from sdh_sim.grasping import motion_plan as course_module
-from sdh_sim.grasping.acquire import acquire
-from sdh_sim.grasping.grasp_sampler import GraspPlan
-from sdh_sim.grasping.motion_plan import find_course
-from sdh_sim.objects.catalogue import ObjectInfo, object_info
-from sdh_sim.robot.hand import HandKinematics, preshape_angles
+from sdh_sim.cell import HAND_GEOM, OBJECT_GEOM, Scene, build_scene
+from sdh_sim.grasping import GraspPlan, MotionPlan, try_grasp
+from sdh_sim.objects import object_info
+from sdh_sim.records import TrialRow
+from sdh_sim.robot import HandKinematics, preshape_angles
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial import trial
-from sdh_sim.trial.trial import TrialResult, run_trial
+from sdh_sim.trial import Trial, TrialResult, run_trial
 
 BOTTLE = TrialSettings("cylindrical_bottle")
 
 
-def ending(scene: Scene, thing: ObjectInfo, seed: int) -> TrialResult:
-    """A trial on a scene and object that were tampered with."""
-    patch = pytest.MonkeyPatch()
-    with patch.context() as p:
-        p.setattr(trial, "_scene", lambda settings: scene)
-        p.setattr(trial, "object_info", lambda *_: thing)
-        return run_trial(scene.settings, seed)
+def row_of(scene: Scene, seed: int, motion: MotionPlan | None = None) -> TrialRow:
+    """The row of a trial on a scene that was tampered with."""
+    return Trial(scene.settings, seed, scene=scene, motion=motion).run()
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +76,7 @@ def test_no_step_exceeds_the_torque_limit(monkeypatch, limit):
         np.maximum(seen, np.abs(data.qfrc_actuator[scene.motor_dof]), out=seen)
 
     monkeypatch.setattr(mujoco, "mj_step", watched)
-    row = ending(scene, object_info(settings.object), 1).row
+    row = row_of(scene, 1)
     assert steps[0] == pytest.approx(row["sim_seconds"] / 0.002, abs=1)
     assert (seen <= bound + 1e-9).all()
     assert (row["peak_torque_nm"] <= bound + 1e-9).all()
@@ -116,10 +108,10 @@ def test_what_a_snapshot_holds(results):
     assert (row["joint_angles_rad"] > low - 0.02).all()
     assert (row["joint_angles_rad"] < high + 0.02).all()
     # The object stands on the table, held by the hand: its pose in the world by both poses.
-    hand, thing = row["hand_pose_world"], row["object_pose_hand"]
+    hand, obj = row["hand_pose_world"], row["object_pose_hand"]
     turn = np.empty(9)
     mujoco.mju_quat2Mat(turn, hand[3:])
-    world = hand[:3] + turn.reshape(3, 3) @ thing[:3]
+    world = hand[:3] + turn.reshape(3, 3) @ obj[:3]
     assert world[2] == pytest.approx(object_info(BOTTLE.object).standing_height, abs=0.01)
     assert np.hypot(world[0] - 0.56, world[1]) < 0.06
 
@@ -135,37 +127,36 @@ def test_hand_is_in_the_scene_as_in_its_kinematics():
         data.qpos[scene.coupled_qpos] = angles[0]
         data.qpos[scene.arm_qpos] = rng.uniform(-1, 1, 6)
         mujoco.mj_kinematics(scene.model, data)
-        kinematics.pose(angles)
+        posture = kinematics.at(angles)
         palm = data.xmat[scene.palm].reshape(3, 3)
         for body in ("thumb_distal", "finger1_distal", "finger2_proximal"):
-            position, rotation = kinematics.link(body)
+            position, rotation = posture.link(body)
             seen = data.body(f"hand/{body}")
             assert palm.T @ (seen.xpos - data.xpos[scene.palm]) == pytest.approx(position, abs=1e-9)
             assert palm.T @ seen.xmat.reshape(3, 3) == pytest.approx(rotation, abs=1e-9)
 
 
-def test_the_hand_ends_the_lift_150_mm_higher(monkeypatch):
-    scene, thing = build_scene(BOTTLE), object_info(BOTTLE.object)
-    course = find_course(scene, thing, np.random.default_rng(1))
-    cell = Cell(scene)
-    acquire(cell, thing, course)
-    start, pose = cell.data.xpos[scene.palm].copy(), cell.object_in_hand()
-    assert cell.on_table()
-    moved, turned, fell = trial.lift(cell, thing, course, pose)
-    end = cell.data.xpos[scene.palm]
+def test_the_hand_ends_the_lift_150_mm_higher():
+    trial = Trial(BOTTLE, 1)
+    scene, simulation = trial.scene, trial.simulation
+    trial.acquire()
+    start = simulation.data.xpos[scene.palm].copy()
+    assert simulation.on_table()
+    moved, turned, fell = trial.lift()
+    end = simulation.data.xpos[scene.palm]
     assert end - start == pytest.approx((0, 0, 0.15), abs=3e-3)
     assert not fell
-    assert not cell.on_table()
+    assert not simulation.on_table()
     assert moved < 10.0
     assert turned < 10.0
-    assert cell.data.xpos[scene.object][2] > thing.standing_height + 0.13
+    assert simulation.data.xpos[scene.object_body][2] > scene.obj.standing_height + 0.13
 
 
-def frictionless(name: str) -> tuple[Scene, ObjectInfo]:
+def frictionless(name: str) -> Scene:
     scene = build_scene(TrialSettings(name))
     touching = np.isin(scene.geom_group, (HAND_GEOM, OBJECT_GEOM))
     scene.model.geom_friction[touching] = 0.0
-    return scene, dataclasses.replace(object_info(name), friction=0.0)
+    return dataclasses.replace(scene, obj=dataclasses.replace(scene.obj, friction=0.0))
 
 
 @pytest.mark.parametrize(
@@ -174,7 +165,7 @@ def frictionless(name: str) -> tuple[Scene, ObjectInfo]:
 def test_a_frictionless_object_is_never_lifted(name, seed):
     # Seeds whose grasps lift the real object.
     assert run_trial(TrialSettings(name), seed).row["success"]
-    row = ending(*frictionless(name), seed).row
+    row = row_of(frictionless(name), seed)
     assert not row["success"]
     assert row["failure"] in ("dropped", "no_contact", "slipped")
     assert row["q_linf"] == row["q_l1"] == 0.0
@@ -189,15 +180,15 @@ PLAIN = [
 
 
 @pytest.mark.parametrize("plan", PLAIN, ids=lambda plan: f"{plan.approach}-{plan.preshape}")
-def test_a_huge_torque_on_a_light_object_always_lifts(monkeypatch, plan):
+def test_a_huge_torque_on_a_light_object_always_lifts(plan):
     settings = dataclasses.replace(BOTTLE, torque_limit=(6.0, 4.0))
     scene = build_scene(settings)
-    scene.model.body_mass[scene.object] *= 0.2
-    scene.model.body_inertia[scene.object] *= 0.2
-    monkeypatch.setattr(course_module, "sample_grasp", lambda thing, rng, style: plan)
-    monkeypatch.setattr(course_module, "MAX_DRAWS", 1)
-    light = dataclasses.replace(object_info(settings.object), mass_kg=0.2 * 0.556)
-    row = ending(scene, light, 0).row
+    scene.model.body_mass[scene.object_body] *= 0.2
+    scene.model.body_inertia[scene.object_body] *= 0.2
+    light = dataclasses.replace(scene.obj, mass_kg=0.2 * scene.obj.mass_kg)
+    motion = try_grasp(scene, plan)
+    assert isinstance(motion, MotionPlan)
+    row = row_of(dataclasses.replace(scene, obj=light), 0, motion)
     assert row["failure"] == "none"
     assert row["success"]
     assert row["q_linf"] > 1.0  # and no metric can think otherwise
@@ -224,7 +215,7 @@ def test_a_state_that_is_no_number_is_unstable_and_never_a_success(
         step(model, data)
 
     monkeypatch.setattr(mujoco, "mj_step", poisoned)
-    row = ending(scene, object_info(BOTTLE.object), 1).row  # a success if left alone
+    row = row_of(scene, 1)  # a success if left alone
     assert row["failure"] == "unstable_simulation"
     assert row["success"] is False
     assert math.isnan(row["displacement_mm"])
@@ -243,7 +234,7 @@ def test_a_runaway_is_unstable_too(monkeypatch, tmp_path):
         step(model, data)
 
     monkeypatch.setattr(mujoco, "mj_step", kicked)
-    row = ending(scene, object_info(BOTTLE.object), 1).row
+    row = row_of(scene, 1)
     assert row["failure"] == "unstable_simulation"
     assert not row["success"]
 

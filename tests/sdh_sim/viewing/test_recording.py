@@ -15,13 +15,13 @@ from rerun.chunk import RrdReader
 from scipy.spatial import ConvexHull
 
 from sdh_sim.errors import RunError
-from sdh_sim.robot.hand import MOTOR_NAMES, torque_limits
-from sdh_sim.robot.pads import PAD_NAMES, PAD_OFFSETS, live_mask
+from sdh_sim.robot import MOTOR_NAMES, PAD_NAMES, PAD_OFFSETS, live_mask, torque_limits
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.trial import run_trial
-from sdh_sim.trial.trial_log import TrialLog
-from sdh_sim.viewing.layout import FORCE_SCALE, blueprint, heat_colors
+from sdh_sim.trial import TrialLog, run_trial
+from sdh_sim.viewing.layout import blueprint
+from sdh_sim.viewing.perceived_contacts import least_effort_forces
 from sdh_sim.viewing.recording import recording_id, spawn_viewer, write_recording, write_recordings
+from sdh_sim.viewing.style import FORCE_SCALE, LIMIT_SCALE, heat_colors
 from tests.support.repository import ROOT
 
 ARCHETYPES = {
@@ -29,6 +29,7 @@ ARCHETYPES = {
     "TextLog", "TextDocument",
 }  # fmt: skip
 Columns = dict[tuple[str, str], list]
+PREDICTED = "/world/object/object/predicted_contacts"
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +48,11 @@ def file(log: TrialLog, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def columns(file: Path) -> Columns:
-    """Every column of the file by entity and name, rows in the order they were sent."""
+    return columns_of(file)
+
+
+def columns_of(file: Path) -> Columns:
+    """Every column of a file by entity and name, rows in the order they were sent."""
     found: Columns = {}
     for chunk in RrdReader(file).stream():
         batch = chunk.to_record_batch()
@@ -162,18 +167,64 @@ def test_contact_forces(columns: Columns, log: TrialLog) -> None:
 def test_predicted_contacts_point_into_the_object(columns: Columns, log: TrialLog) -> None:
     assert log.prediction is not None
     assert log.prediction.contacts
-    path = "/world/object/object/predicted_contacts"
     (start,), (vector,) = (
-        columns[path, "Arrows3D:origins"],
-        columns[path, "Arrows3D:vectors"],
+        columns[PREDICTED, "Arrows3D:origins"],
+        columns[PREDICTED, "Arrows3D:vectors"],
     )
     ends = np.array(start) + np.array(vector)
     assert len(ends) == len(log.prediction.contacts)
     assert (np.sum(np.array(vector) * -ends, axis=1) > 0.0).all()  # the frame is at the middle
     half = (0.0356, 0.09665, 0.0693)  # of the box [m]
     assert (np.abs(ends) < np.array(half) + 0.01).all()
-    (time,) = columns[path, "sim_time"]
+    (time,) = columns[PREDICTED, "sim_time"]
     assert log.phase[int(np.argmin(np.abs(log.time - time.total_seconds())))] == "lift"
+
+
+def test_forces_of_least_effort_bear_the_weight(columns: Columns, log: TrialLog) -> None:
+    assert log.prediction is not None
+    grasp = log.prediction.grasp
+    path = "/world/object/object/least_effort_forces"
+    (vector,), (start,) = columns[path, "Arrows3D:vectors"], columns[path, "Arrows3D:origins"]
+    forces = np.array(vector) / LIMIT_SCALE
+    assert len(forces) == len(grasp.contacts)
+    np.testing.assert_allclose(forces.sum(axis=0), grasp.task[:3, 0], atol=1e-3)
+    assert np.linalg.norm(forces.sum(axis=0)) == pytest.approx(log.row["mass_kg"] * 9.81, rel=1e-4)
+    ends = np.array(start) + np.array(vector)
+    at = np.array([pad.contact.position for pad in grasp.contacts]) + log.scene.obj.com_m
+    np.testing.assert_allclose(ends, at, atol=1e-6)
+    for force, pad in zip(forces, grasp.contacts, strict=True):
+        normal = float(force @ pad.contact.normal)
+        across = np.linalg.norm(force - normal * pad.contact.normal)
+        assert 0.0 < normal <= pad.contact.max_normal_force
+        assert across <= pad.contact.friction * normal * (1 + 1e-4)
+    found = least_effort_forces(grasp)
+    assert found is not None
+    assert found.motor_torque is not None
+    assert (np.abs(found.motor_torque) <= grasp.torque_limits * (1 + 1e-4)).all()
+    labels = columns[path, "Arrows3D:labels"][0]
+    assert labels == [
+        f"{pad.pad} {np.linalg.norm(force):.1f} N"
+        for pad, force in zip(grasp.contacts, forces, strict=True)
+    ]
+    assert columns[path, "sim_time"] == columns[PREDICTED, "sim_time"]
+    ((text,),) = columns["/verdict", "TextDocument:text"]
+    assert f"| forces of least effort for the weight | {', '.join(labels)} |" in text
+
+
+def test_a_weight_that_no_forces_bear_has_no_such_entity(log: TrialLog, tmp_path: Path) -> None:
+    assert log.prediction is not None
+    grasp = log.prediction.grasp
+    heavy = replace(grasp, task=100.0 * grasp.task)
+    assert least_effort_forces(heavy) is None
+    assert least_effort_forces(replace(grasp, contacts=())) is None
+    file = tmp_path / "heavy.rrd"
+    write_recording(replace(log, prediction=replace(log.prediction, grasp=heavy)), file)
+    found = columns_of(file)
+    paths = {path for path, _ in found}
+    assert PREDICTED in paths
+    assert "/world/object/object/least_effort_forces" not in paths
+    ((text,),) = found["/verdict", "TextDocument:text"]
+    assert "| none within friction and motor torques |" in text
 
 
 def test_torques_beside_their_limits(columns: Columns, log: TrialLog) -> None:
@@ -202,9 +253,10 @@ def test_words(columns: Columns, log: TrialLog) -> None:
 
 
 def test_a_trial_that_never_predicted_is_recorded(log: TrialLog, tmp_path: Path) -> None:
-    row = {key: value for key, value in log.row.items() if not key.startswith("q_")}
-    row |= {"displacement_mm": float("nan"), "rotation_deg": float("nan"),
-            "failure": "unstable_simulation", "success": False}  # fmt: skip
+    row = replace(
+        log.row, q_linf=None, q_l1=None, q_reason=None, displacement_mm=float("nan"),
+        rotation_deg=float("nan"), failure="unstable_simulation", success=False,
+    )  # fmt: skip
     early = replace(
         log, row=row, prediction=None, time=log.time[:1], phase=log.phase[:1], qpos=log.qpos[:1],
         body_position=log.body_position[:1], body_quat=log.body_quat[:1], tactile=log.tactile[:1],

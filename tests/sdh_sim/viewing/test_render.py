@@ -11,7 +11,7 @@ from PIL import Image
 
 from sdh_sim.cli import app as cli
 from sdh_sim.settings import TrialSettings
-from sdh_sim.trial.trial import cell_before_grasp
+from sdh_sim.trial import Trial
 
 av = pytest.importorskip("av", reason="films need PyAV")
 
@@ -54,7 +54,7 @@ def test_a_film_shows_all_of_it_in_real_time(run, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("name", "more", "words"),
+    ("name", "more", "message"),
     [
         ("trial.gif", (), "ends in .png or .mp4"),
         ("trial.mp4", ("--width", "321"), "even number"),
@@ -63,10 +63,10 @@ def test_a_film_shows_all_of_it_in_real_time(run, tmp_path, capsys):
         ("missing/\0.png", (), "--out"),
     ],
 )
-def test_bad_requests_are_one_line(run, tmp_path, capsys, name, more, words):
+def test_bad_requests_are_one_line(run, tmp_path, capsys, name, more, message):
     assert render(run, tmp_path / name, *more) == 2
     error = capsys.readouterr().err
-    assert words in error
+    assert message in error
     assert error.count("\n") == 1
 
 
@@ -86,21 +86,22 @@ def test_several_trials_make_no_picture(run, tmp_path, capsys):
 def test_the_viewer_needs_a_screen_and_one_object(capsys, monkeypatch):
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-    for arguments, words in (
+    for arguments, message in (
         (["box"], "no screen"),
         (["all"], "one object"),
         (["teapot"], "choose one of"),
         (["box", "--seed", "-1"], "--seed"),
     ):
         assert cli.main(["view", *arguments]) == 2
-        assert words in capsys.readouterr().err
+        assert message in capsys.readouterr().err
 
 
 def test_the_viewer_starts_before_the_grasp():
-    cell = cell_before_grasp(TrialSettings("box"), 3)
-    assert cell.time == 0.0
-    assert not cell.hand_touch()[0]
+    trial = Trial(TrialSettings("box"), 3)
+    trial.place()
+    assert trial.simulation.time == 0.0
+    assert not trial.touched
     for _ in range(20):
-        cell.tick()
-    assert cell.on_table()
-    assert not cell.hand_touch()[0]  # the open hand stays before the object
+        trial.simulation.tick()
+    assert trial.simulation.on_table()
+    assert not trial.touched  # the open hand stays before the object

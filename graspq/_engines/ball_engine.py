@@ -1,0 +1,176 @@
+"""ε: bring wrench spaces into a round shape, ask whether they hold the origin, grow the hulls."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from graspq._compiled.ball_batch import RESULTS as BALL_RESULTS
+from graspq._compiled.ball_batch import balls_in_bodies, new_hull
+from graspq._compiled.body import Bodies
+from graspq._compiled.incremental_hull import FULL, GROWN
+from graspq._compiled.inscribed_ball import ARTIFICIAL_LEFT, COARSE
+from graspq._compiled.ray_batch import RAY_RESULTS, RESULTS, STATUS, VALUE, shoot_bodies
+from graspq._compiled.ray_shooting import CAPPED, SOLVED
+from graspq._compiled.workspace import STATE
+from graspq._engines.bodies import scatter_of, some, span_of
+from graspq.inputs import NO_OWNERS
+
+# An inner point this close to the origin, in units of the extent, is the origin.
+AT_ORIGIN = 1e-12
+# How far beyond the origin the set must reach, seen from its inner point.
+BEYOND = 1e-9
+# First and least jog of vertices; points of a smooth set share no plane by chance, and their
+# spacing must stay above the jog. After so many attempts with other random numbers, a smaller one.
+JOG_POLYTOPE, JOG_SMOOTH, LEAST_JOG = 1e-7, 1e-10, 1e-12
+ATTEMPTS, SAME_JOG = 12, 3
+IS_FLAT = 7
+
+
+class Balls(NamedTuple):
+    """Largest balls around the origin: one status and two bounds per body, each (N,)."""
+
+    status: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+
+
+class _Round(NamedTuple):
+    """Bodies in coordinates in which each is about round.
+
+    Attributes:
+        bodies: the bodies, with extent 1 in every row.
+        turns: the map that took each of them there, shape (N, 6, 6).
+        inner: an inner point of each, there, shape (N, 6).
+        flat: whether each is too close to flat to tell, shape (N,).
+    """
+
+    bodies: Bodies
+    turns: np.ndarray
+    inner: np.ndarray
+    flat: np.ndarray
+
+
+def _round(bodies: Bodies) -> _Round:
+    """Make polytopes, or one body of any kind, about round."""
+    if bodies.centres.shape[1] or len(bodies.first_set) == 2:
+        span = span_of(bodies)
+        turns = (span.turn / span.size)[None]
+        inner, flat = span.inner[None], np.array([span.rank < 6])
+    else:
+        inner, turns, flat = scatter_of(bodies)
+    points = np.empty_like(bodies.points)
+    first = bodies.first_point[bodies.first_set]
+    for turn, begin, end in zip(turns, first[:-1], first[1:], strict=True):
+        np.matmul(turn, bodies.points[:, begin:end], out=points[:, begin:end])
+    size = np.zeros((6, len(turns)))
+    if points.shape[1]:
+        size = np.maximum.reduceat(np.abs(points), first[:-1], axis=1)
+    centres, axes = bodies.centres, bodies.axes
+    if centres.shape[1]:
+        centres, axes = turns[0] @ centres, turns[0] @ axes
+        size[:, 0] = np.maximum(size[:, 0], np.abs(centres).max(axis=1))
+        size[:, 0] = np.maximum(size[:, 0], np.abs(axes).max(axis=(0, 2)))
+    size[size == 0.0] = 1.0
+    if centres.shape[1]:
+        centres, axes = centres / size, axes / size
+    counts = np.diff(first)
+    points /= np.repeat(size, counts, axis=1)
+    turns = turns / size.T[:, :, None]
+    inner = np.einsum("nrc,nc->nr", turns, inner)
+    body = bodies._replace(points=points, centres=np.ascontiguousarray(centres), axes=axes)
+    return _Round(body, np.ascontiguousarray(turns), inner, flat)
+
+
+def _inside(found: _Round) -> tuple[np.ndarray, np.ndarray]:
+    """Whether each body holds the origin strictly inside, and whether that is certain, (N,).
+
+    A set holds the origin inside when, seen from its inner point, it reaches past it.
+    """
+    bodies, inner = found.bodies, found.inner
+    count = len(inner)
+    results = np.zeros((count, RESULTS))
+    zero = bodies.holds_origin
+    tasks = np.where(np.abs(inner).max(axis=1) <= AT_ORIGIN, 0.0, -inner.T)
+    away = tasks.any(axis=0)
+    # A body whose inner point is the origin gets no task, and an infinite reach.
+    shoot_bodies(
+        *bodies,
+        np.zeros((count, 6)) if zero else inner,
+        np.ascontiguousarray(tasks),
+        np.arange(count),
+        np.arange(count) + away,
+        1e-6 if bodies.centres.shape[1] else 1e-12,
+        NO_OWNERS,
+        NO_OWNERS,
+        results,
+        np.zeros((0, 6)),
+        np.zeros((0, RAY_RESULTS)),
+        np.empty(1, STATE),
+    )
+    status, value = results[:, STATUS], results[:, VALUE]
+    return (status == SOLVED) & (zero | (value > 1.0 + BEYOND)), status != CAPPED
+
+
+def inside_of(bodies: Bodies) -> tuple[np.ndarray, np.ndarray]:
+    """Whether each body is known to hold the origin strictly inside, or known not to, (N,)."""
+    found = _round(bodies)
+    inside, certain = _inside(found)
+    certain &= ~found.flat
+    return inside & certain, ~inside & certain
+
+
+def balls_of(bodies: Bodies, stop: float, facets: int, vertices: int) -> Balls:
+    """Largest balls around the origin in polytopes, or in one body of any kind.
+
+    Status ``IS_FLAT`` leaves a body that may be flat to others; ``FULL`` asks for more room.
+    """
+    found = _round(bodies)
+    inside, certain = _inside(found)
+    smooth = bodies.centres.shape[1] > 0
+    count = len(found.inner)
+    status, lower, upper = np.full(count, GROWN), np.zeros(count), np.zeros(count)
+    status[found.flat] = IS_FLAT
+    left = np.flatnonzero((inside | ~certain) & ~found.flat)
+    if not len(left):
+        return Balls(status, lower, upper)
+    hull = new_hull(facets, vertices)
+    power = np.full(count, np.log10(JOG_SMOOTH if smooth else JOG_POLYTOPE))
+    for attempt in range(ATTEMPTS):
+        results = np.zeros((len(left), BALL_RESULTS))
+        for level in np.unique(power[left]):
+            at = power[left] == level
+            results[at] = _grow(found, left[at], stop, 10.0**level, attempt, hull)
+        status[left], lower[left], upper[left] = results.T
+        code = results[:, 0]
+        finer = (code == COARSE) | (code == ARTIFICIAL_LEFT) | (attempt % SAME_JOG == SAME_JOG - 1)
+        power[left[finer]] -= 1.0
+        left = left[(code != GROWN) & (code != FULL)]
+        left = left[power[left] >= np.log10(LEAST_JOG)]
+        if not len(left):
+            break
+    outside = status == ARTIFICIAL_LEFT
+    status[outside], lower[outside], upper[outside] = GROWN, 0.0, 0.0
+    return Balls(status, lower, upper)
+
+
+def _grow(
+    found: _Round, which: np.ndarray, stop: float, jog: float, seed: int, hull: NamedTuple
+) -> np.ndarray:
+    """Grow the hulls of some of the bodies; return the entry's results, (k, 3)."""
+    bodies = found.bodies
+    if len(which) < len(found.inner):
+        bodies = some(bodies, which)
+    results = np.zeros((len(which), BALL_RESULTS))
+    balls_in_bodies(
+        *bodies,
+        np.ascontiguousarray(found.turns[which]),
+        stop,
+        jog,
+        seed,
+        results,
+        np.empty(1, STATE),
+        *hull,
+    )
+    return results

@@ -1,0 +1,161 @@
+"""Build a scene: table, arm, hand and object joined by MjSpec, the pads made rubber."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import mujoco
+import numpy as np
+
+from sdh_sim.cell.scene import ARM_GEOM, HAND_GEOM, OBJECT_GEOM, TABLE_GEOM, Scene
+from sdh_sim.model_files import models_dir
+from sdh_sim.objects import OBJECT, ObjectInfo, object_info, object_spec
+from sdh_sim.robot import ARM, ARM_JOINTS, HAND, MOTOR_NAMES, PAD_OFFSETS, torque_limits
+from sdh_sim.robot import sdh2_constants as c
+from sdh_sim.robot.arm import arm_spec, arm_speed_limit
+from sdh_sim.settings import TrialSettings
+
+# Impedance d of the pad contacts, constant, and damping ratio of one taxel's contact: with these
+# a held object creeps by micrometres per second.
+PAD_IMPEDANCE = 0.95
+PAD_DAMPING_RATIO = 1.0
+# Time constant of contacts away from the pads and the table: hard, but resolved by the time step.
+HARD_SOLREF = (0.01, 1.0)
+RIGID = 100.0  # factor on the arm's stiffness where it is to be rigid
+
+
+def robot_spec() -> mujoco.MjSpec:
+    """Table, arm and hand, without an object."""
+    spec = arm_spec()
+    hand = mujoco.MjSpec.from_file(str(models_dir() / "schunk_sdh2" / "sdh2.xml"))
+    spec.attach(hand, prefix=HAND, site=spec.site(f"{ARM}flange"))
+    for body in spec.bodies:
+        if body.name.startswith((ARM, HAND)):
+            body.gravcomp = 1.0  # the arm's controller knows the weight it carries
+    return spec
+
+
+def build_scene(settings: TrialSettings) -> Scene:
+    """Compile the workcell for one object and one set of conditions.
+
+    Raises:
+        SettingsError: no such object.
+    """
+    spec = robot_spec()
+    obj = object_info(settings.object, settings.folder)
+    shape = object_spec(settings.object, settings.folder)
+    spec.attach(shape, prefix=OBJECT, frame=spec.worldbody.add_frame())
+    spec.body(f"{OBJECT}object").add_freejoint(name="free")
+    spec.option.timestep = settings.timestep
+    limits = torque_limits(settings.torque_limit)
+    for name, limit in zip(MOTOR_NAMES, limits, strict=True):
+        spec.actuator(HAND + name).forcerange = [-limit, limit]
+    if settings.arm == "rigid":
+        _stiffen(spec)
+    return _index(spec.compile(), settings, obj)
+
+
+@lru_cache(maxsize=8)
+def scene_of(settings: TrialSettings) -> Scene:
+    """The scene of these settings, built once per process; arguments as ``build_scene``."""
+    return build_scene(settings)
+
+
+def _stiffen(spec: mujoco.MjSpec) -> None:
+    """Make the arm's servos RIGID times as stiff, without a force limit.
+
+    Inertia and damping grow with the stiffness: the arm then follows its references as before,
+    but nothing that the hand meets can move it.
+    """
+    for name in ARM_JOINTS:
+        joint, motor = spec.joint(ARM + name), spec.actuator(ARM + name)
+        joint.armature *= RIGID
+        motor.gainprm[0] *= RIGID
+        motor.biasprm[1] *= RIGID
+        motor.biasprm[2] *= RIGID
+        motor.forcelimited = mujoco.mjtLimited.mjLIMITED_FALSE
+
+
+def _index(model: mujoco.MjModel, settings: TrialSettings, obj: ObjectInfo) -> Scene:
+    motors = [model.actuator(HAND + name).id for name in MOTOR_NAMES]
+    joints = [model.joint(HAND + name) for name in MOTOR_NAMES]
+    arm_joints = [model.joint(ARM + name) for name in ARM_JOINTS]
+    body = model.body(f"{OBJECT}object").id
+    free = model.joint(int(model.body_jntadr[body]))
+    scene = Scene(
+        model=model,
+        settings=settings,
+        obj=obj,
+        motors=np.array(motors),
+        motor_qpos=np.array([j.qposadr[0] for j in joints]),
+        motor_dof=np.array([j.dofadr[0] for j in joints]),
+        coupled_qpos=int(model.joint(HAND + c.COUPLED_JOINT).qposadr[0]),
+        arm_motors=np.array([model.actuator(ARM + name).id for name in ARM_JOINTS]),
+        arm_qpos=np.array([j.qposadr[0] for j in arm_joints]),
+        arm_dof=np.array([j.dofadr[0] for j in arm_joints]),
+        arm_speed_limit=arm_speed_limit(model),
+        palm=model.body(f"{HAND}palm").id,
+        object_body=body,
+        object_qpos=int(free.qposadr[0]),
+        object_dof=int(free.dofadr[0]),
+        table=model.geom("table").id,
+        taxel=taxel_index(model),
+        geom_group=geom_groups(model),
+    )
+    set_contacts(scene)
+    return scene
+
+
+def taxel_index(model: mujoco.MjModel) -> np.ndarray:
+    """Per geom, index into the flat tactile vector, -1 where it is no taxel (ngeom,)."""
+    index = np.full(model.ngeom, -1, dtype=np.int64)
+    for offset, (finger, kind) in zip(PAD_OFFSETS[:-1], c.PADS, strict=True):
+        for row in range(c.TAXEL_ROWS[kind]):
+            for column in range(c.TAXEL_COLUMNS):
+                if c.taxel_is_live(kind, row, column):
+                    geom = model.geom(f"{HAND}{finger}_{kind}_r{row:02d}_c{column}").id
+                    index[geom] = offset + row * c.TAXEL_COLUMNS + column
+    return index
+
+
+def geom_groups(model: mujoco.MjModel) -> np.ndarray:
+    """Per geom, the group that it belongs to (ngeom,)."""
+    groups = np.zeros(model.ngeom, dtype=np.int64)
+    for geom in range(model.ngeom):
+        body = model.body(int(model.geom_bodyid[geom])).name
+        for prefix, group in ((OBJECT, OBJECT_GEOM), (HAND, HAND_GEOM), (ARM, ARM_GEOM)):
+            if body.startswith(prefix):
+                groups[geom] = group
+    groups[model.geom("table").id] = TABLE_GEOM
+    return groups
+
+
+def taxel_stiffness(settings: TrialSettings) -> float:
+    """Normal stiffness of one taxel's rubber [N/m]: E pitch² / thickness (elastic foundation)."""
+    return settings.pad_modulus * c.TAXEL_PITCH**2 / settings.pad_thickness
+
+
+def set_contacts(scene: Scene) -> None:
+    """Give each taxel its stiffness against this object, and every contact the object's friction.
+
+    A MuJoCo contact with ``solref = (-k, -b)`` and constant impedance d, penetrated by r, carries
+    r k / ((1 - d) A) at rest, where A is the sum of the two bodies' ``invweight0`` (the diagonal
+    of the constraint's inverse inertia as the compiler estimates it). So k = K (1 - d) A carries
+    K r exactly. A depends on the object's mass, hence one scene per object.
+    """
+    model, d = scene.model, PAD_IMPEDANCE
+    stiffness = taxel_stiffness(scene.settings)
+    friction = scene.obj.friction
+    for geom in np.flatnonzero(scene.taxel >= 0):
+        link = model.geom_bodyid[geom]
+        a = model.body_invweight0[link, 0] + model.body_invweight0[scene.object_body, 0]
+        k = stiffness * (1.0 - d) * a
+        model.geom_solref[geom] = (-k, -2.0 * PAD_DAMPING_RATIO * np.sqrt(k))
+        model.geom_solimp[geom] = (d, d, 0.001, 0.5, 2.0)
+        model.geom_friction[geom, 0] = friction
+    hard = scene.geom_group == OBJECT_GEOM
+    structure = (scene.geom_group == HAND_GEOM) & (scene.taxel < 0)
+    model.geom_solref[hard | structure] = HARD_SOLREF
+    model.geom_friction[structure, 0] = friction
+    # MuJoCo takes the larger friction of two geoms, so the table's own value cannot exceed it.
+    model.geom_friction[scene.table, 0] = min(model.geom_friction[scene.table, 0], friction)

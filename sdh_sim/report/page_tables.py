@@ -1,0 +1,169 @@
+"""Tables of the report's page."""
+
+from __future__ import annotations
+
+import math
+
+from sdh_sim.analysis.comparison import name_of
+from sdh_sim.analysis.study import EVERY, SEEN, Study
+from sdh_sim.report.page import Table
+from sdh_sim.report.table_cells import (
+    DASH,
+    TableCell,
+    number,
+    object_name,
+    p_value,
+    percent,
+    threshold,
+)
+
+_SHOWN_TARGETS = (0.01, 0.02, 0.05, 0.10, 0.20, 0.25, 0.30)  # desired false positive rates
+
+
+def rate_table(study: Study) -> Table:
+    """Confusion matrix and rates per object and metric."""
+    rows, rules = [], []
+    for group in study.groups:
+        rules.append(len(rows))
+        metrics = [m for m in study.metrics if m.startswith("q_")]
+        for k, metric in enumerate(metrics):
+            c = study.findings[group, metric].comparison
+            rows.append(
+                [
+                    object_name(group) if k == 0 else "",
+                    name_of(metric),
+                    *(str(count) for count in (c.tp, c.fn, c.tn, c.fp)),
+                    percent(c.accuracy),
+                    percent(c.true_positive_rate),
+                    percent(c.true_negative_rate),
+                ]
+            )
+    return Table(
+        "Confusion matrix at the threshold 1: TP, FN are grasps that held and were predicted to, "
+        "or not; TN, FP grasps that did not. Shares in percent with 95 % intervals.",
+        ["object", "metric", "TP", "FN", "TN", "FP", "accuracy", "TPR", "TNR"],
+        rows,
+        text_columns=(0, 1),
+        ruled_rows=rules,
+    )
+
+
+def pair_table(study: Study) -> Table:
+    """Where L-infinity and L1 disagree, per object."""
+    rows = []
+    for group in study.groups:
+        p = study.paired[group]
+        rows.append(
+            [
+                object_name(group),
+                str(p.n),
+                percent(p.disagree),
+                str(p.only_first_right),
+                str(p.only_second_right),
+                p_value(p.p_value),
+                number(p.area_difference, p.area_interval, 3),
+            ]
+        )
+    return Table(
+        "Where L∞ and L1 disagree at the threshold 1 [%], who alone is right, McNemar's exact "
+        "test, and the difference of the areas under the ROC curves (L∞ less L1).",
+        ["object", "n", "disagree", "only L∞ right", "only L1 right", "p", "ΔAUC"],
+        rows,
+        ruled_rows=[len(rows) - 1] if len(rows) > 1 else [],
+    )
+
+
+def metric_table(study: Study) -> Table:
+    """Areas under the curves and most accurate threshold, per object and metric."""
+    rows, rules = [], []
+    for group in study.groups:
+        rules.append(len(rows))
+        for k, metric in enumerate(study.metrics):
+            finding = study.findings[group, metric]
+            c, best, curve = finding.comparison, finding.best, finding.precision_recall
+            rows.append(
+                [
+                    object_name(group) if k == 0 else "",
+                    name_of(metric),
+                    str(c.n),
+                    number(c.auc, c.auc_interval),
+                    number(curve.area, curve.area_interval) if curve else DASH,
+                    percent(c.accuracy) if c.has_boundary else DASH,
+                    threshold(best.threshold, best.low, best.high) if best else DASH,
+                    percent(best.accuracy) if best else DASH,
+                ]
+            )
+    return Table(
+        "Areas under the ROC (AUC) and precision-recall (AP) curves; accuracy [%] at the "
+        "threshold 1 and at the most accurate threshold, which is chosen by cross-validation "
+        "(in brackets its range over the folds).",
+        ["object", "metric", "n", "AUC", "AP", "at 1", "best threshold", "at best"],
+        rows,
+        text_columns=(0, 1),
+        ruled_rows=rules,
+    )
+
+
+def calibration_table(study: Study) -> Table:
+    """Threshold for some desired false positive rates, per metric."""
+    rows, rules = [], []
+    for metric in (m for m in study.metrics if m.startswith("q_")):
+        c = study.findings[study.main, metric].calibration
+        if c is None:
+            continue
+        rules.append(len(rows))
+        for k, target in enumerate(c.targets):
+            if round(float(target), 4) in _SHOWN_TARGETS:
+                rows.append(
+                    [
+                        name_of(metric) if rules[-1] == len(rows) else "",
+                        f"{100 * target:.0f} %",
+                        threshold(c.threshold[k], c.threshold_low[k], c.threshold_high[k]),
+                        percent(c.achieved[k]),
+                        TableCell(
+                            f"{100 * c.tpr[k]:.0f}",
+                            f"{100 * c.tpr_low[k]:.0f}–{100 * c.tpr_high[k]:.0f}",
+                        ),
+                    ]
+                )
+    return Table(
+        "Threshold for a desired false positive rate over all trials; the rate on trials that "
+        "did not choose it [%]; and the true positive rate that is left [%].",
+        ["metric", "desired", "threshold", "held out", "TPR"],
+        rows,
+        ruled_rows=rules,
+    )
+
+
+def load_table(study: Study) -> Table:
+    """Agreement of every bound with the load test, per object."""
+    rows, rules = [], []
+    for group in study.groups:
+        for subset in (EVERY, SEEN) if group == study.main else (EVERY,):
+            rules.append(len(rows))
+            label = object_name(group) + ("" if subset == EVERY else ", pads see every contact")
+            for k, metric in enumerate(study.load):
+                a = study.agreement[group, metric, subset]
+                bounds = a.median_interval
+                factors = None if bounds is None else (math.exp(bounds[0]), math.exp(bounds[1]))
+                rows.append(
+                    [
+                        label if k == 0 else "",
+                        name_of(metric),
+                        str(a.n),
+                        number(a.spearman, a.spearman_interval),
+                        str(a.ratios),
+                        number(a.factor, factors),
+                        number(None if a.spread is None else math.exp(a.spread)),
+                        percent(a.below),
+                    ]
+                )
+    return Table(
+        "q* against q_sim: Spearman's rank correlation over all trials; median of q*/q_sim and "
+        "the factor that spans 68 % of the trials around it, where both are above 0; share of "
+        "the trials in which the bound promises no more than the grasp held [%].",
+        ["trials", "metric", "n", "rank corr.", "ratios", "q*/q_sim", "spread ×", "q* ≤ q_sim"],
+        rows,
+        text_columns=(0, 1),
+        ruled_rows=rules,
+    )

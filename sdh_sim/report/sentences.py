@@ -1,0 +1,104 @@
+"""What the report says in sentences."""
+
+from __future__ import annotations
+
+import math
+
+from sdh_sim.analysis.comparison import METRICS, name_of
+from sdh_sim.analysis.study import EVERY, Study
+from sdh_sim.report.table_cells import DASH, p_value
+
+
+def _pct(value: float | None) -> str:
+    return DASH if value is None else f"{100 * value:.0f}\u00a0%"
+
+
+def key_sentences(study: Study) -> list[str]:
+    """The comparison over all trials in short."""
+    first = study.findings[study.main, METRICS[0]].comparison
+    lines = [
+        f"{first.n} trials were compared, of which {first.success.k} "
+        f"({_pct(first.success.value)}) held."
+    ]
+    for metric in study.metrics:
+        finding = study.findings[study.main, metric]
+        c, best = finding.comparison, finding.best
+        if not c.has_boundary:
+            continue
+        text = f"{name_of(metric)} > {c.threshold:g}: {_pct(c.accuracy.value)} predicted rightly"
+        if c.auc is not None:
+            text += (
+                f", {_pct(c.true_positive_rate.value)} of the successes found, "
+                f"{_pct(c.false_positive_rate.value)} of the failures let through, area under "
+                f"the ROC curve {c.auc:.2f}"
+            )
+        if best is not None and math.isfinite(best.threshold):
+            text += (
+                f". With the boundary chosen on other trials (about {best.threshold:.2f}): "
+                f"{_pct(best.accuracy.value)}"
+            )
+        lines.append(text + ".")
+    if first.missing:
+        lines.append(f"{first.missing} trials without q* count as q* = 0, a predicted failure.")
+    if first.unstable:
+        lines.append(
+            f"{first.unstable} trials were left out: their simulation was unstable or broke off."
+        )
+    if study.surplus:
+        lines.append(f"{study.surplus} trials beyond the objects' shares were left out.")
+    return lines
+
+
+def pair_sentences(study: Study) -> list[str]:
+    """Where L-infinity and L1 disagree, and which of them predicts correctly there."""
+    p = study.paired[study.main]
+    lines = [
+        f"They predict different ends for {p.disagree.k} of {p.n} grasps "
+        f"({_pct(p.disagree.value)}): L∞ alone is right about {p.only_first_right} of these, L1 "
+        f"alone about {p.only_second_right}; McNemar's exact p = {p_value(p.p_value)}.",
+    ]
+    if p.first_optimistic.n:
+        lines.append(
+            f"L∞ alone predicts success for {p.first_optimistic.n} grasps, of which "
+            f"{p.first_optimistic.k} held."
+        )
+    if p.second_optimistic.n:
+        lines.append(
+            f"L1 alone predicts success for {p.second_optimistic.n} grasps, of which "
+            f"{p.second_optimistic.k} held."
+        )
+    if p.area_difference is not None and p.area_interval is not None:
+        low, high = p.area_interval
+        lines.append(
+            f"The areas under their ROC curves differ by {p.area_difference:+.3f} "
+            f"({low:+.3f} to {high:+.3f}): "
+            + ("one ranks better." if low > 0 or high < 0 else "neither ranks better.")
+        )
+    return lines
+
+
+def load_sentences(study: Study) -> list[str]:
+    """By how much each bound over- or underestimates the load held, and which is nearest."""
+    metrics = list(study.load)
+    known = {m: study.agreement[study.main, m, EVERY] for m in metrics}
+    lines = []
+    for metric, a in known.items():
+        if a.median is None or a.spread is None or a.median_interval is None:
+            continue
+        low, high = (math.exp(v) for v in a.median_interval)
+        side = "over" if a.median > 0 else "under"
+        lines.append(
+            f"{name_of(metric)} {side}estimates: median of q*/q_sim {math.exp(a.median):.2f} "
+            f"({low:.2f} to {high:.2f}), spread a factor {math.exp(a.spread):.2f} either way."
+        )
+    bounded = {m: abs(a.median) for m, a in known.items() if a.median is not None}
+    if bounded:
+        nearest = min(bounded, key=lambda m: bounded[m])
+        lines.append(f"By its median, {name_of(nearest)} is nearest to what the grasps hold.")
+    any_one = known[metrics[0]]
+    lines.append(
+        f"The ratio is defined for {any_one.ratios} of {any_one.n} trials: {any_one.dropped} "
+        f"grasps held no load at all though {name_of(metrics[0])} > 0, {any_one.zero} held some "
+        f"though {name_of(metrics[0])} = 0, {any_one.capped} held the largest load tried."
+    )
+    return lines

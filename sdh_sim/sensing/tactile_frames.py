@@ -1,0 +1,53 @@
+"""From a simulation to readings: frames of the tactile arrays, and the snapshot of the hand."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from sdh_sim import poses
+from sdh_sim.cell import Scene, Simulation
+from sdh_sim.cell.contacts import taxel_forces
+from sdh_sim.robot import arrays
+from sdh_sim.sensing.snapshot import TactileSnapshot
+from sdh_sim.sensing.tactile_sensor import FRAME_RATE, TactileSensor
+
+
+class TactileFrames:
+    """An observer of a simulation that feeds a sensor at its frame rate.
+
+    Attributes:
+        sensor: the tactile arrays.
+    """
+
+    def __init__(self, sensor: TactileSensor) -> None:
+        self.sensor = sensor
+        self._next = 0.0
+
+    def after_tick(self, scene: Scene, data: mujoco.MjData, phase: str) -> None:
+        """Hand the forces on the taxels to the sensor when a frame is due."""
+        if data.time >= self._next:
+            self._next += 1.0 / FRAME_RATE
+            self.sensor.frame(taxel_forces(scene, data))
+
+
+def take_snapshot(simulation: Simulation, sensor: TactileSensor | None = None) -> TactileSnapshot:
+    """What the hand senses now.
+
+    Args:
+        simulation: as it is at the moment.
+        sensor: the tactile arrays, fed so far; None reads the pressure itself.
+    """
+    scene, data = simulation.scene, simulation.data
+    if sensor is None:
+        sensor = TactileSensor(None, np.random.default_rng(0))
+        sensor.frame(taxel_forces(scene, data))
+    proximal, distal = arrays(sensor.read())
+    return TactileSnapshot(
+        proximal=proximal,
+        distal=distal,
+        joint_angles=data.qpos[scene.motor_qpos].copy(),
+        motor_torques=data.actuator_force[scene.motors].copy(),
+        object_pose_hand=simulation.object_in_hand(),
+        hand_pose_world=poses.body_pose(data, scene.palm),
+    )

@@ -1,0 +1,119 @@
+"""What is kept on disk is never another version's, and a bad folder costs time and nothing else."""
+
+import os
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+from tests.support.repository import ROOT
+
+PART = """
+from .jit import compiled
+
+@compiled
+def part(x):
+    return {factor} * x
+"""
+ENTRY = """
+from .jit import entry
+from .part import part
+
+@entry
+def result(x):
+    return part(x) + 1.0
+"""
+CALL = """
+from kernel import entries
+value = entries.result(4.0)
+stats = entries.result._kernel.stats
+print(value, sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))
+"""
+
+
+@pytest.fixture
+def kernel(tmp_path):
+    """A small package that compiles as graspq does: one part and one entry."""
+    package = tmp_path / "kernel"
+    package.mkdir()
+    shutil.copy(ROOT / "graspq" / "_compiled" / "jit.py", package)
+    (package / "__init__.py").touch()
+    (package / "part.py").write_text(PART.format(factor=2.0))
+    (package / "entries.py").write_text(ENTRY)
+    return package
+
+
+def call(package, stderr=subprocess.PIPE, **more):
+    """Value, times it was read from disk, times it was compiled; in a new process."""
+    env = {**os.environ, "PYTHONPATH": str(package.parent), "PYTHONDONTWRITEBYTECODE": "1"}
+    env["NUMBA_CACHE_DIR"] = str(package.parent / "cache")
+    done = subprocess.run(
+        [sys.executable, "-c", CALL],
+        env={**env, **more},
+        stdout=subprocess.PIPE,
+        stderr=stderr,
+        text=True,
+        check=True,
+        timeout=300,
+    )
+    return [float(x) for x in done.stdout.split()]
+
+
+def kept(package):
+    return sorted((package.parent / "cache").rglob("*.nb?"))
+
+
+def test_the_second_process_reads_what_the_first_compiled(kernel):
+    assert call(kernel) == [9.0, 0, 1]
+    assert call(kernel) == [9.0, 1, 0]
+
+
+def test_a_change_in_a_part_is_seen_though_the_entry_is_as_before(kernel):
+    assert call(kernel) == [9.0, 0, 1]
+    (kernel / "part.py").write_text(PART.format(factor=3.0))
+    assert call(kernel) == [13.0, 0, 1]
+    # The other version comes back to what it had kept.
+    (kernel / "part.py").write_text(PART.format(factor=2.0))
+    assert call(kernel) == [9.0, 1, 0]
+
+
+@pytest.mark.parametrize("suffix", [".nbi", ".nbc"])
+@pytest.mark.parametrize("content", [b"not what it was", None])
+def test_a_damaged_file_is_replaced(kernel, suffix, content):
+    call(kernel)
+    for path in kept(kernel):
+        if path.suffix == suffix:
+            path.write_bytes(path.read_bytes()[:-30] if content is None else content)
+    assert call(kernel)[0] == 9.0
+    call(kernel)
+    assert call(kernel) == [9.0, 1, 0]
+
+
+def test_without_a_folder_that_can_be_written_it_compiles_every_time(kernel):
+    # A file where a folder must be stops every user, root too.
+    blocked = kernel.parent / "file"
+    blocked.touch()
+    (kernel / "__pycache__").touch()
+    nowhere = {"NUMBA_CACHE_DIR": "", "HOME": str(blocked), "XDG_CACHE_HOME": str(blocked / "x")}
+    assert call(kernel, **nowhere)[0] == 9.0
+    assert not kept(kernel)
+
+
+def test_only_a_person_who_waits_is_told_and_only_once(kernel):
+    pty = pytest.importorskip("pty")
+    said = []
+    for _ in range(2):
+        master, slave = pty.openpty()
+        call(kernel, stderr=slave)
+        os.write(slave, b".")
+        said.append(os.read(master, 10_000).decode())
+        os.close(slave)
+        os.close(master)
+    assert "compiling result for the first time" in said[0]
+    assert said[1] == "."
+    shutil.rmtree(kernel.parent / "cache")
+    with (kernel.parent / "log").open("w+") as log:
+        call(kernel, stderr=log)
+        log.seek(0)
+        assert log.read() == ""
