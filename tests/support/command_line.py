@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import functools
-import sys
-import types
 from pathlib import Path
 
+import sdh_sim.trial
 from sdh_sim.campaign import run_campaign
 from sdh_sim.cli import lift as cli_lift
 from sdh_sim.cli.app import main
@@ -18,9 +17,7 @@ def use_trial(monkeypatch, trial) -> None:
     """Let the commands run this function for every trial."""
     run = functools.partial(run_campaign, trial=trial)
     monkeypatch.setattr(cli_lift, "run_campaign", run)
-    module = types.ModuleType("sdh_sim.trial.run_trial")
-    module.__dict__["run_trial"] = trial
-    monkeypatch.setitem(sys.modules, module.__name__, module)
+    monkeypatch.setattr(sdh_sim.trial, "run_trial", trial)
 
 
 def fails(capsys, *arguments: str | Path, status: int = 2) -> str:

@@ -1,4 +1,4 @@
-"""Run one trial from settings and seed to its row, with copies and time series where asked for."""
+"""What a trial leaves, and running one from settings and seed to that."""
 
 from __future__ import annotations
 
