@@ -205,6 +205,8 @@ def _without_rotations(packed: Packed) -> Packed:
 
 def _names(axes: np.ndarray) -> str:
     """A subspace in words."""
+    if axes.shape[1] == 6:
+        return ", ".join(AXES)
     share = np.linalg.norm(axes, axis=1)
     along = [name for name, s in zip(AXES, share, strict=True) if s > 1.0 - 1e-9]
     if len(along) == axes.shape[1]:

@@ -12,6 +12,8 @@ from graspq._compiled.workspace import ARTIFICIAL, CANDIDATES, OBJECTIVE, PART_R
 
 # A basis whose inverse is larger, in units of the extent, may be that of a flat set.
 STEEP = 1e5
+# Status of a body with entries, or a task, that are not finite, or a task of nothing.
+REFUSED = 4
 # Columns of ``results``: of one body, and of one ray, whose plane follows.
 STATUS, VALUE, LOWER, UPPER, TASK, SOUND, RESULTS = range(7)
 PLANE, RAY_RESULTS = 2, 8
@@ -27,6 +29,28 @@ def _sound(state):
             if not abs(state.tableau[c, k]) * state.size[c] < STEEP:
                 return False
     return True
+
+
+@compiled(fastmath={"reassoc", "nsz", "contract"})
+def _total(array, begin, end):
+    """Sum of the absolute entries of some columns: finite where all are, short of 1e308."""
+    total = 0.0
+    for r in range(6):
+        for k in range(begin, end):
+            total += abs(array[r, k])
+    return total
+
+
+@compiled
+def _refused(body, tasks, begin, end):
+    """Whether a point is not finite, or a task not finite or zero."""
+    total = _total(body.points, 0, body.first_point[body.first_point.shape[0] - 1])
+    for j in range(begin, end):
+        length = _total(tasks, j, j + 1)
+        if not length > 0.0:
+            return True
+        total += length
+    return not total < np.inf
 
 
 @entry
@@ -59,8 +83,9 @@ def shoot_bodies(
         first_task, last_task: where each body's tasks begin and end, shape (N,).
         stop: relative gain below which no point improves a task.
         owners, ellipsoid_owners: contact of every point and ellipsoid, where ``forces`` has rows.
-        results: receives status, value, lower and upper bound, critical task, and whether six
-            well-conditioned vertices carry every task, as in no flat set; shape (N, 6).
+        results: receives status (``REFUSED`` for what is not finite, or a zero task), value, lower
+            and upper bound, critical task, and whether six well-conditioned vertices carry every
+            task, as in no flat set; shape (N, 6).
         forces: receives the contacts' wrenches of the last body, shape (contacts or 0, 6).
         rays: where it has rows, receives status, reach and plane u of every task, shape (M, 8),
             and no task ends the search.
@@ -75,6 +100,10 @@ def shoot_bodies(
     own, own_first = np.zeros((6, columns)), np.zeros(sets + 1, np.int64)
     for g in range(first_set.shape[0] - 1):
         body = take(bodies, g, shifts[g], own, own_first)
+        results[g, SOUND] = 0.0
+        if _refused(body, tasks, first_task[g], last_task[g]):
+            results[g, STATUS] = REFUSED
+            continue
         extent(body, state.size)
         for i in range(sets):
             candidates[i, 0] = 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from graspq._compiled.ball_batch import RESULTS as BALL_RESULTS
 from graspq._compiled.ball_batch import balls_in_bodies, new_hull
 from graspq._compiled.body import Bodies
-from graspq._compiled.incremental_hull import FULL, GROWN
+from graspq._compiled.incremental_hull import FULL, GROWN, Hull
 from graspq._compiled.inscribed_ball import ARTIFICIAL_LEFT, COARSE
 from graspq._compiled.ray_batch import RAY_RESULTS, RESULTS, STATUS, VALUE, shoot_bodies
 from graspq._compiled.ray_shooting import CAPPED, SOLVED
@@ -26,6 +27,8 @@ BEYOND = 1e-9
 JOG_POLYTOPE, JOG_SMOOTH, LEAST_JOG = 1e-7, 1e-10, 1e-12
 ATTEMPTS, SAME_JOG = 12, 3
 IS_FLAT = 7
+# Most facets whose room a thread keeps, of about 150 bytes each.
+KEPT_FACETS = 16_384
 
 
 class Balls(NamedTuple):
@@ -54,12 +57,14 @@ class _Round(NamedTuple):
 
 def _round(bodies: Bodies) -> _Round:
     """Make polytopes, or one body of any kind, about round."""
-    if bodies.centres.shape[1] or len(bodies.first_set) == 2:
+    smooth = bodies.centres.shape[1] > 0
+    if not smooth:
+        inner, turns, flat = scatter_of(bodies)
+    if smooth or (len(bodies.first_set) == 2 and flat[0]):
+        # Singular values tell what is close to flat better than the scatter, their squares.
         span = span_of(bodies)
         turns = (span.turn / span.size)[None]
         inner, flat = span.inner[None], np.array([span.rank < 6])
-    else:
-        inner, turns, flat = scatter_of(bodies)
     points = np.empty_like(bodies.points)
     first = bodies.first_point[bodies.first_set]
     for turn, begin, end in zip(turns, first[:-1], first[1:], strict=True):
@@ -135,7 +140,7 @@ def balls_of(bodies: Bodies, stop: float, facets: int, vertices: int) -> Balls:
     left = np.flatnonzero((inside | ~certain) & ~found.flat)
     if not len(left):
         return Balls(status, lower, upper)
-    hull = new_hull(facets, vertices)
+    hull = _room(facets, vertices)
     power = np.full(count, np.log10(JOG_SMOOTH if smooth else JOG_POLYTOPE))
     for attempt in range(ATTEMPTS):
         results = np.zeros((len(left), BALL_RESULTS))
@@ -155,8 +160,21 @@ def balls_of(bodies: Bodies, stop: float, facets: int, vertices: int) -> Balls:
     return Balls(status, lower, upper)
 
 
+_scratch = threading.local()
+
+
+def _room(facets: int, vertices: int) -> Hull:
+    """Room for a hull, the thread's own where it has as much; used again and again."""
+    hull = getattr(_scratch, "hull", None)
+    if hull is None or len(hull.facets) != facets or len(hull.vertices) != vertices:
+        hull = new_hull(facets, vertices)
+        if facets <= KEPT_FACETS:
+            _scratch.hull = hull
+    return hull
+
+
 def _grow(
-    found: _Round, which: np.ndarray, stop: float, jog: float, seed: int, hull: NamedTuple
+    found: _Round, which: np.ndarray, stop: float, jog: float, seed: int, hull: Hull
 ) -> np.ndarray:
     """Grow the hulls of some of the bodies; return the entry's results, (k, 3)."""
     bodies = found.bodies

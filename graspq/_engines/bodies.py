@@ -71,7 +71,9 @@ def span_of(body: Bodies) -> Span:
     for i in range(len(starts) - 1):
         own = np.hstack([points[:, starts[i] : starts[i + 1]], centres[:, first[i] : first[i + 1]]])
         inner += own.sum(axis=1) / (own.shape[1] + zero)
-    left, values, _ = np.linalg.svd(atoms(body) / size[:, None], full_matrices=True)
+    vectors = atoms(body) / size[:, None]
+    # Six directions to the left in either case, and no square matrix of all atoms to the right.
+    left, values, _ = np.linalg.svd(vectors, full_matrices=vectors.shape[1] < 6)
     scale = max(float(values[0]), 1e-300) if len(values) else 1.0
     rank = int((values > max(RANK * scale, ROUND_OFF)).sum())
     turn = (left[:, :rank] / values[:rank]).T if rank == 6 else np.eye(6)

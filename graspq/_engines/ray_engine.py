@@ -73,7 +73,8 @@ def reaches(
 
     The plane u·x <= 1 stops the ray and holds the body, up to ``stop``.
     """
-    found = np.zeros((rays.shape[1], RAY_RESULTS))
+    # What is refused is as good as not solved.
+    found = np.full((rays.shape[1], RAY_RESULTS), float(CAPPED))
     shoot_bodies(
         *body,
         NO_SHIFT if shift is None else shift[None],
@@ -115,7 +116,7 @@ def reach_many(
         NO_RAYS,
         np.empty(1, STATE),
     )
-    doubtful = results[:, STATUS] == CAPPED
+    doubtful = results[:, STATUS] > ZERO
     unsure = np.flatnonzero(~doubtful & (results[:, SOUND] == 0.0))
     if len(unsure):
         doubtful[unsure] = scatter_of(some(bodies, unsure))[2]
@@ -144,10 +145,6 @@ def scale_at_once(wrenches: Any, tasks: Any, bound: str, tol: float) -> TaskScal
         columns = np.ascontiguousarray(columns)
     # The compiled code sees one kind of array: writable, aligned and contiguous.
     wanted = tasks if tasks.flags.carray else np.array(tasks, order="C")
-    lengths = np.abs(wanted).sum(axis=0)
-    # The sums are finite when every entry is, short of 1e308.
-    if not lengths.all() or not np.isfinite(lengths.sum() + np.add.reduce(columns, axis=None)):
-        return None
     first_point, first_ellipsoid, first_set, owners, last_task = _layout(
         tuple(counts), bound, wanted.shape[1]
     )

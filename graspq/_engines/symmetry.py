@@ -3,8 +3,9 @@
 Sets of revolution, as those of two opposed exact friction cones, touch their largest ball along
 whole arcs, which no hull of points closes in on. An antisymmetric G whose rotations exp(t G) take
 every set to itself has G c = 0 for every point and centre c, and G M = M G for the shape M = A Aᵀ
-of every ellipsoid: linear equations for G. In a plane (e, G e) that G turns, every direction u can be
-turned until u·e = 0 without changing h(u). So ε = min h(u) is that of the space projected along e.
+of every ellipsoid: linear equations for G. In a plane (e, G e) that G turns, every direction u can
+be turned until u·e = 0 without changing h(u). So ε = min h(u) is that of the space projected
+along e.
 """
 
 from __future__ import annotations
