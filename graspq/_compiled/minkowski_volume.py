@@ -51,6 +51,9 @@ from graspq._compiled.polytopes import (
 
 # Directions shorter than this, in sets about one in size, do not span a face.
 ROUND_OFF = 1e-13
+# A direction of which less than this share (squared) is across those before is made orthogonal
+# once more, since digits cancelled.
+KEPT = 0.1
 # Dimensions of the chosen faces, largest first; equal ones are taken from rising bodies.
 PATTERNS = np.array([(3, 0, 0), (2, 1, 0), (1, 1, 1), (4, 0, 0), (2, 2, 0), (3, 2, 0), (5, 0, 0)])
 
@@ -61,7 +64,7 @@ def _orthogonalise(rows, used):
     before, square = 0.0, 0.0
     for c in range(6):
         before += rows[used, c] * rows[used, c]
-    # Again when digits cancelled; twice is enough (Parlett: The Symmetric Eigenvalue Problem, 6.9).
+    # Twice is enough (Kahan; Parlett: The Symmetric Eigenvalue Problem, 1980, section 6.9).
     for _ in range(2):
         for r in range(used):
             along = 0.0
@@ -72,7 +75,7 @@ def _orthogonalise(rows, used):
         square = 0.0
         for c in range(6):
             square += rows[used, c] * rows[used, c]
-        if square > 0.5 * before:
+        if square > KEPT * before:
             break
     length = np.sqrt(square)
     if length <= ROUND_OFF:

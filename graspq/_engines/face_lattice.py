@@ -1,7 +1,10 @@
-"""The faces of one contact's wrench set, of every dimension.
+"""The face lattice of one contact's wrench set: its faces of every dimension.
 
-Sets of the same contact model are affine images of each other, so the faces are found once, in
-affine coordinates, and looked up for every other set with the same coordinates.
+qhull finds the facets; every other face is an intersection of facets, so the lattice follows from
+which vertex lies on which facet (Grünbaum: Convex Polytopes, 1967, chapter 3; Kaibel, Pfetsch:
+Computing the face lattice of a polytope from its vertex-facet incidences, 2002). Sets of the same
+contact model are affine images of each other, so it is found once, in affine coordinates, and
+looked up for every other set with the same coordinates.
 """
 
 from __future__ import annotations
@@ -12,9 +15,16 @@ import numpy as np
 
 from graspq.errors import GraspError
 
-MOST_POINTS = 64
-MOST_FACES = 5000
-SAME = 1e-8
+# A soft contact with 60 edges; intersections of facets are taken in Python, and take seconds then.
+MOST_POINTS, MOST_FACES = 64, 5000
+# A vertex this near to a facet lies on it, in affine coordinates: below what edges of cones differ
+# by, above qhull's and their round-off. Coordinates are compared in so many digits.
+ON_FACET, DIGITS = 1e-8, 10
+# Points span another dimension when they leave the span of those before by this share of the set,
+# and the frame takes the first that leaves it by a good share of the farthest.
+SPANS, GOOD_SHARE = 1e-9, 0.3
+# Lattices kept for other sets.
+MOST_KNOWN = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +55,6 @@ class Lattice:
 
 
 _known: dict[tuple[bytes, bytes], Lattice] = {}
-MOST_KNOWN = 64
 
 
 def lattice_of(points: np.ndarray) -> Lattice:
@@ -58,7 +67,7 @@ def lattice_of(points: np.ndarray) -> Lattice:
     coordinates = np.zeros((len(frame) - 1, points.shape[1]))
     if len(frame) > 1:
         solved = np.linalg.lstsq(moved[:, frame[1:]], moved, rcond=None)[0]
-        coordinates = np.round(solved, 10) + 0.0
+        coordinates = np.round(solved, DIGITS) + 0.0
     key = (np.array(frame).tobytes(), coordinates.tobytes())
     lattice = _known.get(key)
     if lattice is None:
@@ -79,9 +88,9 @@ def _frame(moved: np.ndarray) -> list[int]:
     while len(chosen) <= 6:
         length = np.linalg.norm(rest, axis=0)
         most = float(length.max())
-        if most <= 1e-9 * scale or scale == 0.0:
+        if most <= SPANS * scale or scale == 0.0:
             break
-        k = int(np.argmax(length > 0.3 * most))
+        k = int(np.argmax(length > GOOD_SHARE * most))
         chosen.append(k)
         direction = rest[:, k] / length[k]
         for _ in range(2):
@@ -106,7 +115,7 @@ def _facets(coordinates: np.ndarray, dim: int) -> tuple[list[frozenset[int]], li
         ) from error
     vertices = sorted(int(v) for v in hull.vertices)
     height = hull.equations[:, :-1] @ coordinates[:, vertices] + hull.equations[:, -1:]
-    on = np.abs(height) <= SAME
+    on = np.abs(height) <= ON_FACET
     return list({frozenset(int(vertices[i]) for i in np.flatnonzero(row)) for row in on}), vertices
 
 
@@ -172,7 +181,7 @@ def _span(coordinates: np.ndarray, members: list[int]) -> tuple[list[int], float
     while rest.size:
         length = np.linalg.norm(rest, axis=0)
         k = int(np.argmax(length))
-        if length[k] <= 1e-8:
+        if length[k] <= ON_FACET:
             break
         spanning.append(k)
         direction = rest[:, k] / length[k]

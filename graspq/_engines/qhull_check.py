@@ -1,4 +1,9 @@
-"""ε and V from qhull on every sum of vertices: slow, and independent of the rest."""
+"""ε and V from qhull on every sum of vertices: slow, and independent of the rest.
+
+The hull of the product of the contacts' vertices is how most grasp software builds the wrench space
+(Ferrari, Canny: Planning optimal grasps, 1992; Miller, Allen: GraspIt!, 2004); qhull: Barber,
+Dobkin, Huhdanpaa: The Quickhull algorithm for convex hulls, 1996. Tests and benchmarks use it.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +15,9 @@ import numpy as np
 from graspq.errors import GraspError
 from graspq.inputs import as_bound, as_polytopes
 
-MOST_POINTS = 60000
+# Beyond so many sums in six dimensions qhull takes minutes and gigabytes.
+MOST_POINTS = 60_000
+# Spaces thinner than this share of their width are flat; distances below it are 0.
 FLAT = 1e-9
 
 
