@@ -58,13 +58,10 @@ class _Round(NamedTuple):
 def _round(bodies: Bodies) -> _Round:
     """Make polytopes, or one body of any kind, about round."""
     smooth = bodies.centres.shape[1] > 0
-    if not smooth:
-        inner, turns, flat = scatter_of(bodies)
-    if smooth or (len(bodies.first_set) == 2 and flat[0]):
+    inner, turns, flat = _one(bodies) if smooth else scatter_of(bodies)
+    if not smooth and len(flat) == 1 and flat[0]:
         # Singular values tell what is close to flat better than the scatter, their squares.
-        span = span_of(bodies)
-        turns = (span.turn / span.size)[None]
-        inner, flat = span.inner[None], np.array([span.rank < 6])
+        inner, turns, flat = _one(bodies)
     points = np.empty_like(bodies.points)
     first = bodies.first_point[bodies.first_set]
     for turn, begin, end in zip(turns, first[:-1], first[1:], strict=True):
@@ -86,6 +83,12 @@ def _round(bodies: Bodies) -> _Round:
     inner = np.einsum("nrc,nc->nr", turns, inner)
     body = bodies._replace(points=points, centres=np.ascontiguousarray(centres), axes=axes)
     return _Round(body, np.ascontiguousarray(turns), inner, flat)
+
+
+def _one(body: Bodies) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Inner point, map and flatness of one body of any kind, as ``scatter_of`` gives them."""
+    span = span_of(body)
+    return span.inner[None], (span.turn / span.size)[None], np.array([span.rank < 6])
 
 
 def _inside(found: _Round) -> tuple[np.ndarray, np.ndarray]:
