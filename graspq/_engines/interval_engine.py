@@ -1,7 +1,7 @@
 """q* of sets that may miss the origin: the interval of scales q at which q t lies in the set.
 
 Seen from an inner point p, the gauge of q t - p is convex in q and is 1 on the boundary. Newton's
-method on it from outside (C. L. Dinkelbach, "On nonlinear fractional programming", Management
+method on it from outside (W. Dinkelbach, "On nonlinear fractional programming", Management
 Science 13, 1967) stops after finitely many facets, each found by one shot; all tasks take their
 steps together.
 """
