@@ -14,8 +14,8 @@ from graspq._compiled.incremental_hull import FULL, GROWN, Hull
 from graspq._compiled.inscribed_ball import ARTIFICIAL_LEFT, COARSE
 from graspq._compiled.ray_batch import RAY_RESULTS, RESULTS, STATUS, VALUE, shoot_bodies
 from graspq._compiled.ray_shooting import CAPPED, SOLVED
-from graspq._compiled.workspace import STATE
 from graspq._engines.bodies import scatter_of, some, span_of
+from graspq._engines.shooting import scratch
 from graspq.inputs import NO_OWNERS
 
 # An inner point this close to the origin, in units of the extent, is the origin.
@@ -115,7 +115,7 @@ def _inside(found: _Round) -> tuple[np.ndarray, np.ndarray]:
         results,
         np.zeros((0, 6)),
         np.zeros((0, RAY_RESULTS)),
-        np.empty(1, STATE),
+        scratch(),
     )
     status, value = results[:, STATUS], results[:, VALUE]
     return (status == SOLVED) & (zero | (value > 1.0 + BEYOND)), status != CAPPED
@@ -147,7 +147,7 @@ def balls_of(bodies: Bodies, stop: float, facets: int, vertices: int) -> Balls:
     power = np.full(count, np.log10(JOG_SMOOTH if smooth else JOG_POLYTOPE))
     for attempt in range(ATTEMPTS):
         results = np.zeros((len(left), BALL_RESULTS))
-        for level in np.unique(power[left]):
+        for level in sorted(set(power[left].tolist())):
             at = power[left] == level
             results[at] = _grow(found, left[at], stop, 10.0**level, attempt, hull)
         status[left], lower[left], upper[left] = results.T
@@ -191,7 +191,7 @@ def _grow(
         jog,
         seed,
         results,
-        np.empty(1, STATE),
+        scratch(),
         *hull,
     )
     return results

@@ -9,9 +9,8 @@ import numpy as np
 
 from graspq._compiled.ray_batch import RESULTS, STATUS, TASK, UPPER, VALUE, shoot_bodies
 from graspq._compiled.ray_shooting import CAPPED, SOLVED, ZERO
-from graspq._compiled.workspace import STATE
 from graspq._engines.bodies import ROW_ROUND_OFF, Span, atoms, filled, holds_zero, shares, span_of
-from graspq._engines.shooting import FIRST_TASK, NO_RAYS, NO_SHIFT, reach
+from graspq._engines.shooting import FIRST_TASK, NO_RAYS, NO_SHIFT, reach, scratch
 from graspq.inputs import NO_AXES, NO_CENTRES, NO_OWNERS, Packed
 from graspq.scaling_result import FLAT, INFEASIBLE, UNREACHABLE, TaskScaling, infeasible, nothing
 
@@ -63,7 +62,7 @@ def scale_at_once(wrenches: Any, tasks: Any, bound: str, tol: float) -> TaskScal
         results,
         forces,
         NO_RAYS,
-        np.empty(1, STATE),
+        scratch(),
     )
     status, value, lower, upper, j, sound = results[0].tolist()
     if status == SOLVED and sound:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 import numpy as np
 
 from graspq._compiled.body import Bodies
@@ -20,6 +22,16 @@ from graspq.inputs import NO_OWNERS, Packed
 
 NO_FORCES, NO_RAYS, NO_SHIFT = np.zeros((0, 6)), np.zeros((0, RAY_RESULTS)), np.zeros((1, 6))
 FIRST_TASK = np.zeros(1, dtype=np.int64)
+_scratch = threading.local()
+
+
+def scratch() -> np.ndarray:
+    """The thread's own record of ``STATE``."""
+    try:
+        return _scratch.state
+    except AttributeError:
+        _scratch.state = np.empty(1, STATE)
+        return _scratch.state
 
 
 def reach(
@@ -40,7 +52,7 @@ def reach(
         results,
         forces,
         NO_RAYS,
-        np.empty(1, STATE),
+        scratch(),
     )
     return results[0], forces[: packed.contacts]
 
@@ -66,7 +78,7 @@ def reaches(
         np.zeros((1, RESULTS)),
         NO_FORCES,
         found,
-        np.empty(1, STATE),
+        scratch(),
     )
     return found[:, 0], found[:, 1], found[:, 2:].T
 
@@ -93,7 +105,7 @@ def reach_many(
         results,
         NO_FORCES,
         NO_RAYS,
-        np.empty(1, STATE),
+        scratch(),
     )
     doubtful = results[:, STATUS] > ZERO
     unsure = np.flatnonzero(~doubtful & (results[:, SOUND] == 0.0))
