@@ -71,7 +71,7 @@ def task_scaling_batch(
         bodies = _side_by_side(grasps[low:high], bound)
         if bodies is None:
             return
-        from graspq._engines.ray_engine import reach_many
+        from graspq._engines.shooting import reach_many
 
         wanted, ends = sets
         if ends is None:

@@ -124,7 +124,7 @@ class WrenchSpace:
 
     def _stops(self, points: np.ndarray, rows: slice) -> tuple[np.ndarray, np.ndarray]:
         from graspq._engines.bodies import filled, span_of
-        from graspq._engines.ray_engine import reaches
+        from graspq._engines.shooting import reaches
 
         if not self.unloading:
             raise GraspError("slice: needs unloading=True, so that the space holds the origin")

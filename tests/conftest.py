@@ -1,6 +1,6 @@
 """Compile the metrics once before several workers would each compile all of them.
 
-In a new environment Numba compiles for a minute or two, and what one process compiles another
+In a new environment Numba compiles for half a minute, and what one process compiles another
 does not wait for. Two processes with different halves take half as long; where anything is on the
 disk already, nothing is done.
 """
@@ -55,7 +55,7 @@ def pytest_configure(config: pytest.Config) -> None:
     """Compile where several workers will need it and nothing is compiled yet."""
     if hasattr(config, "workerinput") or not getattr(config.option, "numprocesses", None):
         return
-    cache = Path(os.environ.get("NUMBA_CACHE_DIR", ROOT / "graspq" / "__pycache__"))
+    cache = Path(os.environ.get("NUMBA_CACHE_DIR", ROOT / "graspq" / "_compiled" / "__pycache__"))
     if any(cache.rglob("*.nbi")):
         return
     running = [

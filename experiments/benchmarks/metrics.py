@@ -49,7 +49,7 @@ class Parser(argparse.ArgumentParser):
 
 def fail(message: str) -> NoReturn:
     """Print one line to the error stream and exit with status 2."""
-    print(f"benchmark_metrics: {message}", file=sys.stderr)
+    print(f"benchmarks.metrics: {message}", file=sys.stderr)
     raise SystemExit(2)
 
 

@@ -49,48 +49,61 @@ combination of the two u at its ridge. [Barber, Dobkin and Huhdanpaa 1996]
 
 The Minkowski sum (V)
 ---------------------
-In general position a facet of W is a sum of faces F_1 + ... + F_n whose dimensions add up to five,
-so V = (1/6) Σ h(u) vol₅ over those sums that some u supports. [Gritzmann and Sturmfels 1993]
+A face of W in direction u is the sum of its sets' faces F_i in direction u, and in general position
+the dimensions of a facet's F_i add up to five. So V = (1/6) Σ h(u) vol₅(F_1 + ... + F_n) over the
+sums of faces whose normal cones meet in one u. [Schneider 1993; Fukuda 2004]
 
 The bounded simplex (motors)
 ----------------------------
-Where contacts share motors, q is the value of a linear program with bounded variables, solved by
-primal and dual pivots with a pool of cone generators. [Dantzig 1963, chapter 18]
+Where contacts share motors, q is the value of a linear program with bounded variables: primal and
+dual pivots on a kept inverse, with cone generators added as they are needed. [Dantzig 1955; Chvátal
+1983, chapter 8; Bland 1977; Harris 1973]
 
-The files, importing upwards only
----------------------------------
+The files; each imports from those above it
+-------------------------------------------
 
-                                     jit
-                                      |
-            +-------------------------+--------------------------+
-            |                         |                          |
-     small_matrices            body (no Numba)                   |
-            |                         |                          |
-        workspace              body_reading                      |
-            |                         |                          |
-     support_function                 |                          |
-        |        |                    |                          |
-     pivots    inscribed_ball <- incremental_hull       bounded_simplex   minkowski_volume
-        |        |                    |                          |
-    ray_shooting |                    |                 shared_motor_reach
-        |        |                    |
-    ray_batch  ball_batch <-----------+
+                                      jit
+                                       |
+          +----------------------------+------------------------+-----------------+
+          |                            |                        |                 |
+    small_matrices                   body                  polytopes      bounded_simplex
+          |                            |                        |                 |
+      workspace                        |                  normal_cones            |
+          |                            |                        |                 |
+    support_function              body_reading          minkowski_volume  shared_motor_reach
+          |                            |
+     +----+-------------+              |
+     |                  |              |
+   pivots     incremental_hull         |
+     |                  |              |
+  ray_shooting   inscribed_ball        |
+     |                  |              |
+     +------------------+--------------+
+     |                  |
+  ray_batch        ball_batch
 
 Entries, which Python calls: ``ray_batch.shoot_bodies``, ``ball_batch.balls_in_bodies``,
-``minkowski_volume.sum_volume``, ``shared_motor_reach.reach``.
+``minkowski_volume.add_facets``, ``shared_motor_reach.reach``.
 
 References
 ----------
 - C. B. Barber, D. P. Dobkin, H. Huhdanpaa: The Quickhull algorithm for convex hulls. ACM
   Transactions on Mathematical Software 22 (1996).
+- R. G. Bland: New finite pivoting rules for the simplex method. Mathematics of Operations Research
+  2 (1977).
 - A. Charnes: Optimality and degeneracy in linear programming. Econometrica 20 (1952).
+- V. Chvátal: Linear Programming. Freeman (1983).
+- G. B. Dantzig: Upper bounds, secondary constraints, and block triangularity in linear programming.
+  Econometrica 23 (1955).
 - G. B. Dantzig: Linear Programming and Extensions. Princeton University Press (1963).
 - C. Ferrari, J. Canny: Planning optimal grasps. ICRA (1992).
-- P. Gritzmann, B. Sturmfels: Minkowski addition of polytopes: computational complexity and
-  applications to Gröbner bases. SIAM Journal on Discrete Mathematics 6 (1993).
+- K. Fukuda: From the zonotope construction to the Minkowski addition of convex polytopes. Journal
+  of Symbolic Computation 38 (2004).
+- P. M. J. Harris: Pivot selection methods of the Devex LP code. Mathematical Programming 5 (1973).
 - C. E. Lemke: The dual method of solving the linear programming problem. Naval Research Logistics
   Quarterly 1 (1954).
 - R. T. Rockafellar: Convex Analysis. Princeton University Press (1970).
+- R. Schneider: Convex Bodies: The Brunn-Minkowski Theory. Cambridge University Press (1993).
 - Y. Zheng: An efficient algorithm for a grasp quality measure. IEEE Transactions on Robotics 29
   (2013).
 """

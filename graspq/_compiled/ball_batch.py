@@ -70,11 +70,13 @@ def balls_in_bodies(
     bodies = Bodies(points, first_point, centres, axes, first_ellipsoid, first_set, holds_origin)
     hull = Hull(tally, vertices, facets, length, visible, free, fresh, ridges)
     columns, sets = largest(first_point, first_set)
-    parts = np.zeros((PART_ROWS, sets), np.int64)
-    candidates = np.zeros((sets, 1 + CANDIDATES), np.int64)
-    work = Workspace(states[0], parts, candidates, np.zeros(columns))
-    own, own_first = np.zeros((6, columns)), np.zeros(sets + 1, np.int64)
-    shift = np.zeros(6)
+    parts = np.empty((PART_ROWS, sets), np.int64)
+    candidates = np.empty((sets, 1 + CANDIDATES), np.int64)
+    work = Workspace(states[0], parts, candidates, np.empty(columns))
+    own, own_first = np.empty((6, columns)), np.empty(sets + 1, np.int64)
+    shift = np.empty(6)
+    for r in range(6):
+        shift[r] = 0.0
     for g in range(first_set.shape[0] - 1):
         body = take(bodies, g, shift, own, own_first)
         status, lower, upper = grow(hull, tally[0], body, work, turns[g], stop, most_jog, seed)

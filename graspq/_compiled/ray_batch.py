@@ -94,10 +94,10 @@ def shoot_bodies(
     bodies = Bodies(points, first_point, centres, axes, first_ellipsoid, first_set, holds_origin)
     columns, sets = largest(first_point, first_set)
     state = states[0]
-    parts = np.zeros((PART_ROWS, sets), np.int64)
-    candidates = np.zeros((sets, 1 + CANDIDATES), np.int64)
-    work = Workspace(state, parts, candidates, np.zeros(columns))
-    own, own_first = np.zeros((6, columns)), np.zeros(sets + 1, np.int64)
+    parts = np.empty((PART_ROWS, sets), np.int64)
+    candidates = np.empty((sets, 1 + CANDIDATES), np.int64)
+    work = Workspace(state, parts, candidates, np.empty(columns))
+    own, own_first = np.empty((6, columns)), np.empty(sets + 1, np.int64)
     for g in range(first_set.shape[0] - 1):
         body = take(bodies, g, shifts[g], own, own_first)
         results[g, SOUND] = 0.0

@@ -15,7 +15,7 @@ import numpy as np
 from graspq._compiled.jit import compiled
 from graspq._compiled.pivots import DONE, dual, primal
 from graspq._compiled.small_matrices import dot
-from graspq._compiled.support_function import add_support_point, support
+from graspq._compiled.support_function import ORIGIN, add_support_point, support
 from graspq._compiled.workspace import ARTIFICIAL, OBJECTIVE, VERTEX, WEIGHTS, WIDTH, aim, refactor
 
 SOLVED, ZERO, CAPPED = 0, 1, 2
@@ -229,19 +229,26 @@ def shoot(work, body, stop):
 def collect(work, body, owners, ellipsoid_owners, forces):
     """Write the contacts' wrenches (n, 6) at the optimum, from the basis and its weights."""
     state = work.state
-    weights = state.tableau[WEIGHTS]
+    u, part = state.u, state.vertex
     for i in range(forces.shape[0]):
         for r in range(6):
             forces[i, r] = 0.0
     total = 0.0
     for k in range(6):
-        total += max(weights[k], 0.0) if state.kinds[k] == VERTEX else 0.0
+        if state.kinds[k] == VERTEX:
+            total += max(state.tableau[WEIGHTS, k], 0.0)
     for k in range(6):
-        if state.kinds[k] != VERTEX or weights[k] <= 0.0:
-            continue
-        for i in range(work.parts.shape[1]):
-            part = work.parts[k, i]
-            contact = owners[part] if part >= 0 else 0
-            if part <= -2:
-                contact = ellipsoid_owners[-2 - part]
-            add_support_point(state.directions[k], body, part, weights[k] / total, forces[contact])
+        weight = state.tableau[WEIGHTS, k] / total
+        if state.kinds[k] == VERTEX and weight > 0.0:
+            for r in range(6):
+                u[r] = state.directions[k, r]
+            for i in range(work.parts.shape[1]):
+                pick = work.parts[k, i]
+                if pick == ORIGIN:
+                    continue
+                contact = owners[pick] if pick >= 0 else ellipsoid_owners[-2 - pick]
+                for r in range(6):
+                    part[r] = 0.0
+                add_support_point(u, body, pick, part)
+                for r in range(6):
+                    forces[contact, r] += weight * part[r]

@@ -54,11 +54,8 @@ def support(u, body, work, vertex):
                 best, pick = value, -2 - k
         total += best
         work.parts[CHOSEN, i] = pick
-        if pick >= 0:
-            for r in range(6):
-                vertex[r] += points[r, pick]
-        elif pick != ORIGIN:
-            add_support_point(u, body, pick, 1.0, vertex)
+        if pick != ORIGIN:
+            add_support_point(u, body, pick, vertex)
     return total
 
 
@@ -116,25 +113,25 @@ def _ellipsoid_support(u, body, k):
 
 
 @compiled
-def add_support_point(u, body, pick, weight, out):
-    """Add ``weight`` times what a set contributes in direction u, named by ``pick``, to ``out``."""
+def add_support_point(u, body, pick, out):
+    """Add what a set contributes in direction u, a point or ellipsoid named by ``pick``."""
     if pick >= 0:
         for r in range(6):
-            out[r] += weight * body.points[r, pick]
-    elif pick != ORIGIN:
-        k = -2 - pick
-        square = 0.0
-        for c in range(3):
-            part = 0.0
-            for r in range(6):
-                part += u[r] * body.axes[k, r, c]
-            square += part * part
-        length = np.sqrt(square)
+            out[r] += body.points[r, pick]
+        return
+    k = -2 - pick
+    square = 0.0
+    for c in range(3):
+        part = 0.0
         for r in range(6):
-            out[r] += weight * body.centres[r, k]
-        for c in range(3 if length > 0.0 else 0):
-            part = 0.0
-            for r in range(6):
-                part += u[r] * body.axes[k, r, c]
-            for r in range(6):
-                out[r] += weight * body.axes[k, r, c] * part / length
+            part += u[r] * body.axes[k, r, c]
+        square += part * part
+    length = np.sqrt(square)
+    for r in range(6):
+        out[r] += body.centres[r, k]
+    for c in range(3 if length > 0.0 else 0):
+        part = 0.0
+        for r in range(6):
+            part += u[r] * body.axes[k, r, c]
+        for r in range(6):
+            out[r] += body.axes[k, r, c] * part / length

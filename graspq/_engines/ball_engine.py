@@ -14,8 +14,8 @@ from graspq._compiled.incremental_hull import FULL, GROWN, Hull
 from graspq._compiled.inscribed_ball import ARTIFICIAL_LEFT, COARSE
 from graspq._compiled.ray_batch import RAY_RESULTS, RESULTS, STATUS, VALUE, shoot_bodies
 from graspq._compiled.ray_shooting import CAPPED, SOLVED
-from graspq._compiled.workspace import STATE
 from graspq._engines.bodies import scatter_of, some, span_of
+from graspq._engines.shooting import scratch
 from graspq.inputs import NO_OWNERS
 
 # An inner point this close to the origin, in units of the extent, is the origin.
@@ -58,13 +58,10 @@ class _Round(NamedTuple):
 def _round(bodies: Bodies) -> _Round:
     """Make polytopes, or one body of any kind, about round."""
     smooth = bodies.centres.shape[1] > 0
-    if not smooth:
-        inner, turns, flat = scatter_of(bodies)
-    if smooth or (len(bodies.first_set) == 2 and flat[0]):
+    inner, turns, flat = _one(bodies) if smooth else scatter_of(bodies)
+    if not smooth and len(flat) == 1 and flat[0]:
         # Singular values tell what is close to flat better than the scatter, their squares.
-        span = span_of(bodies)
-        turns = (span.turn / span.size)[None]
-        inner, flat = span.inner[None], np.array([span.rank < 6])
+        inner, turns, flat = _one(bodies)
     points = np.empty_like(bodies.points)
     first = bodies.first_point[bodies.first_set]
     for turn, begin, end in zip(turns, first[:-1], first[1:], strict=True):
@@ -86,6 +83,12 @@ def _round(bodies: Bodies) -> _Round:
     inner = np.einsum("nrc,nc->nr", turns, inner)
     body = bodies._replace(points=points, centres=np.ascontiguousarray(centres), axes=axes)
     return _Round(body, np.ascontiguousarray(turns), inner, flat)
+
+
+def _one(body: Bodies) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Inner point, map and flatness of one body of any kind, as ``scatter_of`` gives them."""
+    span = span_of(body)
+    return span.inner[None], (span.turn / span.size)[None], np.array([span.rank < 6])
 
 
 def _inside(found: _Round) -> tuple[np.ndarray, np.ndarray]:
@@ -112,7 +115,7 @@ def _inside(found: _Round) -> tuple[np.ndarray, np.ndarray]:
         results,
         np.zeros((0, 6)),
         np.zeros((0, RAY_RESULTS)),
-        np.empty(1, STATE),
+        scratch(),
     )
     status, value = results[:, STATUS], results[:, VALUE]
     return (status == SOLVED) & (zero | (value > 1.0 + BEYOND)), status != CAPPED
@@ -144,7 +147,7 @@ def balls_of(bodies: Bodies, stop: float, facets: int, vertices: int) -> Balls:
     power = np.full(count, np.log10(JOG_SMOOTH if smooth else JOG_POLYTOPE))
     for attempt in range(ATTEMPTS):
         results = np.zeros((len(left), BALL_RESULTS))
-        for level in np.unique(power[left]):
+        for level in sorted(set(power[left].tolist())):
             at = power[left] == level
             results[at] = _grow(found, left[at], stop, 10.0**level, attempt, hull)
         status[left], lower[left], upper[left] = results.T
@@ -188,7 +191,7 @@ def _grow(
         jog,
         seed,
         results,
-        np.empty(1, STATE),
+        scratch(),
         *hull,
     )
     return results

@@ -13,6 +13,9 @@ from graspq.inputs import Packed
 # Singular values of the set, in units of its extent, that count as none: relative to the largest,
 # and as round-off of coordinates of size one.
 RANK, ROUND_OFF = 1e-10, 1e-14
+# What rows in units of their extent may be off by, as an extent counts as at least 1e-6 of the
+# largest.
+ROW_ROUND_OFF = 1e-10
 # Eigenvalues of the scatter below this share of the largest are too close to round-off.
 WELL_SPREAD = 1e-11
 

@@ -1,7 +1,7 @@
 """q* of sets that may miss the origin: the interval of scales q at which q t lies in the set.
 
 Seen from an inner point p, the gauge of q t - p is convex in q and is 1 on the boundary. Newton's
-method on it from outside (C. L. Dinkelbach, "On nonlinear fractional programming", Management
+method on it from outside (W. Dinkelbach, "On nonlinear fractional programming", Management
 Science 13, 1967) stops after finitely many facets, each found by one shot; all tasks take their
 steps together.
 """
@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from graspq._compiled.ray_shooting import CAPPED, SOLVED
-from graspq._engines.bodies import Span, shares, support_values
-from graspq._engines.ray_engine import ROUND_OFF, reach, reaches
+from graspq._engines.bodies import ROW_ROUND_OFF, Span, shares, support_values
+from graspq._engines.shooting import reach, reaches
 from graspq.inputs import Packed
 from graspq.scaling_result import INFEASIBLE, TaskScaling, infeasible
 
@@ -122,8 +122,8 @@ def scale_in_interval(
         results, edge = reach(packed, np.ascontiguousarray(ray[:, None]), stop, inner)
         forces = centre + (edge - centre) / results[1]
     rest = np.abs(forces.sum(axis=0) - value * tasks[:, critical]) / span.size
-    small = ROUND_OFF / far[critical]
-    if upper - lower > (1e-9 + 10 * stop) * value + small or rest.max() > 10 * stop + ROUND_OFF:
+    small = ROW_ROUND_OFF / far[critical]
+    if upper - lower > (1e-9 + 10 * stop) * value + small or rest.max() > 10 * stop + ROW_ROUND_OFF:
         return None
     return TaskScaling(value, lower, upper, critical, forces)
 

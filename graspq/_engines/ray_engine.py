@@ -7,121 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from graspq._compiled.body import Bodies
-from graspq._compiled.ray_batch import (
-    RAY_RESULTS,
-    RESULTS,
-    SOUND,
-    STATUS,
-    TASK,
-    UPPER,
-    VALUE,
-    shoot_bodies,
-)
+from graspq._compiled.ray_batch import RESULTS, STATUS, TASK, UPPER, VALUE, shoot_bodies
 from graspq._compiled.ray_shooting import CAPPED, SOLVED, ZERO
-from graspq._compiled.workspace import STATE
-from graspq._engines.bodies import (
-    Span,
-    atoms,
-    filled,
-    holds_zero,
-    scatter_of,
-    shares,
-    some,
-    span_of,
-)
+from graspq._engines.bodies import ROW_ROUND_OFF, Span, atoms, filled, holds_zero, shares, span_of
+from graspq._engines.shooting import FIRST_TASK, NO_RAYS, NO_SHIFT, reach, scratch
 from graspq.inputs import NO_AXES, NO_CENTRES, NO_OWNERS, Packed
 from graspq.scaling_result import FLAT, INFEASIBLE, UNREACHABLE, TaskScaling, infeasible, nothing
 
 FLOAT = np.dtype(np.float64)
 IN_SPAN = 1e-9
 LOOSEST = 1e-5
-# What rows in units of their extent may be off by: an extent counts as at least 1e-6 of the
-# largest.
-ROUND_OFF = 1e-10
-NO_FORCES, NO_RAYS, NO_SHIFT = np.zeros((0, 6)), np.zeros((0, RAY_RESULTS)), np.zeros((1, 6))
-FIRST_TASK = np.zeros(1, dtype=np.int64)
-
-
-def reach(
-    packed: Packed, tasks: np.ndarray, stop: float, shift: np.ndarray | None = None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Shoot along a task set; return the entry's results, (6,), and the contacts' wrenches."""
-    contacts = packed.contacts + packed.fillers
-    results, forces = np.zeros((1, RESULTS)), np.zeros((contacts, 6))
-    shoot_bodies(
-        *packed.body,
-        NO_SHIFT if shift is None else shift[None],
-        tasks,
-        FIRST_TASK,
-        np.array([tasks.shape[1]]),
-        stop,
-        packed.owners,
-        packed.ellipsoid_owners,
-        results,
-        forces,
-        NO_RAYS,
-        np.empty(1, STATE),
-    )
-    return results[0], forces[: packed.contacts]
-
-
-def reaches(
-    body: Bodies, rays: np.ndarray, stop: float, shift: np.ndarray | None = None
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Shoot along every ray (6, m); return status (m,), reach (m,) and plane u (6, m).
-
-    The plane u·x <= 1 stops the ray and holds the body, up to ``stop``.
-    """
-    # What is refused is as good as not solved.
-    found = np.full((rays.shape[1], RAY_RESULTS), float(CAPPED))
-    shoot_bodies(
-        *body,
-        NO_SHIFT if shift is None else shift[None],
-        np.ascontiguousarray(rays),
-        FIRST_TASK,
-        np.array([rays.shape[1]]),
-        stop,
-        NO_OWNERS,
-        NO_OWNERS,
-        np.zeros((1, RESULTS)),
-        NO_FORCES,
-        found,
-        np.empty(1, STATE),
-    )
-    return found[:, 0], found[:, 1], found[:, 2:].T
-
-
-def reach_many(
-    bodies: Bodies, tasks: np.ndarray, first_task: np.ndarray, last_task: np.ndarray, tol: float
-) -> np.ndarray:
-    """Shoot along the task sets of many polytopes that hold the origin.
-
-    Returns per body 0, value, lower, upper and critical task, or 1 first where the body may be
-    flat or round-off decides, shape (N, 5).
-    """
-    count = len(bodies.first_set) - 1
-    results = np.zeros((count, RESULTS))
-    shoot_bodies(
-        *bodies,
-        np.zeros((count, 6)),
-        tasks,
-        first_task,
-        last_task,
-        0.1 * tol if tol > 1e-9 else 1e-12,
-        NO_OWNERS,
-        NO_OWNERS,
-        results,
-        NO_FORCES,
-        NO_RAYS,
-        np.empty(1, STATE),
-    )
-    doubtful = results[:, STATUS] > ZERO
-    unsure = np.flatnonzero(~doubtful & (results[:, SOUND] == 0.0))
-    if len(unsure):
-        doubtful[unsure] = scatter_of(some(bodies, unsure))[2]
-    results[:, STATUS] = doubtful
-    return results[:, : TASK + 1]
 
 
 def scale_at_once(wrenches: Any, tasks: Any, bound: str, tol: float) -> TaskScaling | None:
@@ -167,7 +62,7 @@ def scale_at_once(wrenches: Any, tasks: Any, bound: str, tol: float) -> TaskScal
         results,
         forces,
         NO_RAYS,
-        np.empty(1, STATE),
+        scratch(),
     )
     status, value, lower, upper, j, sound = results[0].tolist()
     if status == SOLVED and sound:
@@ -288,7 +183,7 @@ def _single_scale(
         square = float(out @ out)
         q = float(out @ lift) / square if square > 0 else np.inf
         if not np.isfinite(q) or np.linalg.norm(q * out - lift) > (
-            IN_SPAN * np.linalg.norm(lift) + 2 * ROUND_OFF * np.linalg.norm(inner / unit)
+            IN_SPAN * np.linalg.norm(lift) + 2 * ROW_ROUND_OFF * np.linalg.norm(inner / unit)
         ):
             return infeasible(count, j, INFEASIBLE.format(j=j))
         if abs(q) * np.abs(task / unit).max() < 10 * stop:
@@ -299,7 +194,7 @@ def _single_scale(
         if np.abs(ray).max() > 1e-12 * scale:
             results, forces = reach(whole, np.ascontiguousarray(ray[:, None]), stop, inner)
             status, reached = results[STATUS], results[VALUE]
-            slip = 1e-9 + 10 * stop + ROUND_OFF * scale / np.abs(ray).max()
+            slip = 1e-9 + 10 * stop + ROW_ROUND_OFF * scale / np.abs(ray).max()
             if status == CAPPED:
                 return None
             if status != SOLVED or reached < 1 - slip:
