@@ -8,6 +8,7 @@ names a type knows its room), not for circles and chains (nothing is loaded).
 from __future__ import annotations
 
 import ast
+import sys
 
 import pytest
 
@@ -154,6 +155,23 @@ def test_a_package_does_not_know_what_is_built_on_it(graph, package, strangers):
                 else [statement.module or ""]
             )
             wrong += [f"{name} -> {m}" for m in modules if m.partition(".")[0] in strangers]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_compiled_code_needs_numpy_and_numba_alone(graph):
+    allowed = {"graspq", "numpy", "numba", *sys.stdlib_module_names}
+    wrong = [
+        f"{name} -> {module}"
+        for name, tree in graph.trees.items()
+        if name.startswith("graspq._compiled")
+        for statement, _ in imports_in(tree)
+        for module in (
+            [alias.name for alias in statement.names]
+            if isinstance(statement, ast.Import)
+            else [statement.module or ""]
+        )
+        if module.partition(".")[0] not in allowed
+    ]
     assert not wrong, "\n".join(wrong)
 
 

@@ -44,8 +44,9 @@ def kernel(tmp_path):
     return package
 
 
-def call(package, stderr=subprocess.PIPE, **more):
+def call(package, stderr: int = subprocess.PIPE, env: dict[str, str] | None = None):
     """Value, times it was read from disk, times it was compiled; in a new process."""
+    more = env or {}
     env = {**os.environ, "PYTHONPATH": str(package.parent), "PYTHONDONTWRITEBYTECODE": "1"}
     env["NUMBA_CACHE_DIR"] = str(package.parent / "cache")
     done = subprocess.run(
@@ -96,7 +97,7 @@ def test_without_a_folder_that_can_be_written_it_compiles_every_time(kernel):
     blocked.touch()
     (kernel / "__pycache__").touch()
     nowhere = {"NUMBA_CACHE_DIR": "", "HOME": str(blocked), "XDG_CACHE_HOME": str(blocked / "x")}
-    assert call(kernel, **nowhere)[0] == 9.0
+    assert call(kernel, env=nowhere)[0] == 9.0
     assert not kept(kernel)
 
 
