@@ -192,9 +192,12 @@ def _refuse(status: int, lower: float, value: float, facets: int) -> None:
 
 def _without_rotations(packed: Packed) -> Packed:
     """Project a smooth space along what its rotations turn, which leaves ε as it is."""
-    from graspq._engines.bodies import project
+    from graspq._engines.bodies import project, span_of
     from graspq._engines.symmetry import turned_direction
 
+    if span_of(packed.body).rank < 6:
+        # What a flat space lacks may turn as it likes, and must not be filled.
+        return packed
     direction = turned_direction(packed.body)
     while direction is not None:
         rest = np.linalg.svd(direction[:, None])[0][:, 1:]

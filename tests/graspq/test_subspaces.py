@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial import ConvexHull
 
 import graspq as gq
+from tests.support.random_grasps import contacts
 
 HALF = 0.05
 PLANAR = [0, 1, 5]
@@ -141,3 +142,26 @@ def test_a_set_of_revolution_is_solved_whatever_its_axis(bound, axis):
         sampled = gq.epsilon([gq.contact_wrenches(c, 48) for c in made], bound)
         assert sampled <= ball.value * (1 + 1e-9)
     assert values[1] == pytest.approx(values[0], rel=2e-5)
+
+
+@pytest.mark.parametrize("torsion", [0.0, 0.02])
+def test_flat_sets_of_revolution_stay_flat(torsion):
+    # Contacts on one line twist the object about it by torsion alone.
+    n = np.array([0.48, -0.6, 0.64])
+    made = [gq.Contact(s * HALF * n, -np.sign(s) * n, 0.5, 1.0, torsion) for s in (1, -1, 2)]
+    sets = [gq.contact_wrenches(c, None) for c in made]
+    assert gq.is_force_closure(sets) == (torsion > 0)
+    ball = gq.largest_ball(sets)
+    assert (ball.value > 0) == (torsion > 0)
+    assert torsion or "span 5 of the 6 dimensions" in ball.reason
+    frictionless = [gq.contact_wrenches(gq.Contact(c.position, c.normal, 0.0), None) for c in made]
+    assert not gq.is_force_closure(frictionless)
+    assert gq.epsilon(frictionless) == 0.0
+
+
+def test_no_direction_that_a_flat_space_lacks_is_filled():
+    # Random contacts on one line, hard and soft: closed only as far as 12 edges say so too.
+    for seed in range(60):
+        made = contacts(np.random.default_rng([seed, 91]), "coaxial")
+        exact = gq.is_force_closure([gq.contact_wrenches(c, None) for c in made])
+        assert exact == gq.is_force_closure([gq.contact_wrenches(c, 12) for c in made])
