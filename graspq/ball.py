@@ -99,8 +99,7 @@ def epsilon(
     their own origin. Polytopes are solved to round-off. For ellipsoids ``tol`` bounds the relative
     gap between the returned support value, which is never below ε, and the proven lower bound.
 
-    Args:
-        wrenches, bound, unloading, tol, subspace: as in ``largest_ball``.
+    The arguments are those of ``largest_ball``.
 
     Raises:
         GraspError: for bad input, or when the hull outgrows its limits.

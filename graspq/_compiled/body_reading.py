@@ -24,8 +24,10 @@ def take(bodies, g, shift, own, own_first):
     for i in range(end - begin + 1):
         own_first[i] = bodies.first_point[begin + i] - offset
     for r in range(6):
-        for k in range(own_first[end - begin]):
-            own[r, k] = bodies.points[r, offset + k]
+        # Slices, since only loops from 0 become vector code.
+        row, source = own[r], bodies.points[r, offset : offset + own_first[end - begin]]
+        for k in range(source.shape[0]):
+            row[k] = source[k]
     return Body(
         own,
         own_first[: end - begin + 1],
@@ -37,15 +39,20 @@ def take(bodies, g, shift, own, own_first):
     )
 
 
-@compiled
+@compiled(fastmath={"nnan", "nsz", "reassoc"})
 def extent(body, size):
-    """Write the largest absolute entry per row of the body's points and ellipsoids."""
+    """Write the largest absolute entry per row of the body's points and ellipsoids.
+
+    All must be finite.
+    """
     most = 0.0
     sets = body.first_point.shape[0] - 1
     for r in range(6):
         big = abs(body.shift[r])
+        row = body.points[r]
         for k in range(body.first_point[sets]):
-            big = max(big, abs(body.points[r, k]))
+            entry = abs(row[k])
+            big = entry if entry > big else big
         for k in range(body.first_ellipsoid[0], body.first_ellipsoid[sets]):
             big = max(big, abs(body.centres[r, k]))
             for c in range(3):

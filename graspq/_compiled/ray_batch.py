@@ -36,8 +36,10 @@ def _total(array, begin, end):
     """Sum of the absolute entries of some columns: finite where all are, short of 1e308."""
     total = 0.0
     for r in range(6):
-        for k in range(begin, end):
-            total += abs(array[r, k])
+        # A slice, since only loops from 0 become vector code.
+        row = array[r, begin:end]
+        for k in range(row.shape[0]):
+            total += abs(row[k])
     return total
 
 

@@ -37,10 +37,9 @@ def support(u, body, work, vertex):
             + u4 * points[4, k]
             + u5 * points[5, k]
         )
-    total = 0.0
-    for r in range(6):
-        vertex[r] = -body.shift[r]
-        total -= u[r] * body.shift[r]
+    shift, parts = body.shift, work.parts
+    x0, x1, x2, x3, x4, x5 = -shift[0], -shift[1], -shift[2], -shift[3], -shift[4], -shift[5]
+    total = u0 * x0 + u1 * x1 + u2 * x2 + u3 * x3 + u4 * x4 + u5 * x5
     for i in range(count):
         best, pick = -np.inf, ORIGIN
         if body.holds_origin:
@@ -53,35 +52,47 @@ def support(u, body, work, vertex):
             if value > best:
                 best, pick = value, -2 - k
         total += best
-        work.parts[CHOSEN, i] = pick
-        if pick != ORIGIN:
-            add_support_point(u, body, pick, vertex)
+        parts[CHOSEN, i] = pick
+        # In registers: a sum in memory takes as long as all the rest.
+        if pick >= 0:
+            x0, x1, x2 = x0 + points[0, pick], x1 + points[1, pick], x2 + points[2, pick]
+            x3, x4, x5 = x3 + points[3, pick], x4 + points[4, pick], x5 + points[5, pick]
+    vertex[0], vertex[1], vertex[2], vertex[3], vertex[4], vertex[5] = x0, x1, x2, x3, x4, x5
+    for i in range(count if body.centres.shape[1] > 0 else 0):
+        if parts[CHOSEN, i] < ORIGIN:
+            add_support_point(u, body, parts[CHOSEN, i], vertex)
     return total
 
 
 @compiled(fastmath=FAST)
 def candidate_support(u, body, work, vertex):
     """``support`` of the candidates alone, without ellipsoids: a lower bound of h(u)."""
-    points = body.points
-    total = 0.0
-    for r in range(6):
-        vertex[r] = -body.shift[r]
-        total -= u[r] * body.shift[r]
+    points, shift, parts, candidates = body.points, body.shift, work.parts, work.candidates
+    u0, u1, u2, u3, u4, u5 = u[0], u[1], u[2], u[3], u[4], u[5]
+    x0, x1, x2, x3, x4, x5 = -shift[0], -shift[1], -shift[2], -shift[3], -shift[4], -shift[5]
+    total = u0 * x0 + u1 * x1 + u2 * x2 + u3 * x3 + u4 * x4 + u5 * x5
     for i in range(body.first_point.shape[0] - 1):
         best, pick = -np.inf, ORIGIN
         if body.holds_origin:
             best = 0.0
-        for m in range(1, work.candidates[i, 0] + 1):
-            k = work.candidates[i, m]
-            value = 0.0
-            for r in range(6):
-                value += u[r] * points[r, k]
+        for m in range(1, candidates[i, 0] + 1):
+            k = candidates[i, m]
+            value = (
+                u0 * points[0, k]
+                + u1 * points[1, k]
+                + u2 * points[2, k]
+                + u3 * points[3, k]
+                + u4 * points[4, k]
+                + u5 * points[5, k]
+            )
             if value > best:
                 best, pick = value, k
         total += best
-        work.parts[CHOSEN, i] = pick
-        for r in range(6 if pick != ORIGIN else 0):
-            vertex[r] += points[r, pick]
+        parts[CHOSEN, i] = pick
+        if pick >= 0:
+            x0, x1, x2 = x0 + points[0, pick], x1 + points[1, pick], x2 + points[2, pick]
+            x3, x4, x5 = x3 + points[3, pick], x4 + points[4, pick], x5 + points[5, pick]
+    vertex[0], vertex[1], vertex[2], vertex[3], vertex[4], vertex[5] = x0, x1, x2, x3, x4, x5
     return total
 
 
