@@ -29,7 +29,7 @@ from sdh_sim.metrics import object_of, read_stored, snapshot_of
 from sdh_sim.objects import ObjectInfo
 from sdh_sim.poses import rotation_of
 from sdh_sim.records import NO_TRUTH
-from sdh_sim.robot import MOTOR_NAMES, HandKinematics
+from sdh_sim.robot import MOTOR_NAMES, hand_kinematics
 from sdh_sim.runs import RunFolder
 from sdh_sim.sensing import GRAVITY, TactileSnapshot, pad_contacts
 from sdh_sim.sensing.perceived_grasp import TASK_RADIUS, TASK_SAMPLES
@@ -123,7 +123,7 @@ def moved(snapshot: TactileSnapshot, by: np.ndarray, angle: np.ndarray) -> Tacti
 
 def scores(setting: Setting, grasps: Sequence[Grasp | None], pads: str, seed: int) -> np.ndarray:
     """q* under both bounds (n, 2); 0 without a snapshot or a contact."""
-    hand = HandKinematics()
+    hand = hand_kinematics()
     found = np.zeros((len(grasps), 2))
     for row, grasp in enumerate(grasps):
         if grasp is None:

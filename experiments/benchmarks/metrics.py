@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import argparse
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
 import graspq as gq
+from experiments.command_line import Parser, at_least
 from graspq.contact import tangent_basis
 
 LINPROG_CALLS = 15
@@ -38,19 +37,6 @@ CASES = (
     Case("6 soft", 6, True),
     Case("6 patches of 560", 6, True, 12, 46),
 )
-
-
-class Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line and exits with status 2."""
-
-    def error(self, message: str) -> NoReturn:
-        fail(message)
-
-
-def fail(message: str) -> NoReturn:
-    """Print one line to the error stream and exit with status 2."""
-    print(f"benchmarks.metrics: {message}", file=sys.stderr)
-    raise SystemExit(2)
 
 
 def random_grasp(case: Case, rng: np.random.Generator) -> list[np.ndarray]:
@@ -225,10 +211,18 @@ def measure(case: Case, count: int, hulls: int, rng: np.random.Generator) -> lis
     gravity = [
         gq.gravity_tasks(0.3, 0.005 * rng.normal(size=3), rng.normal(size=3)) for _ in grasps
     ]
-    sets = batched(lambda: gq.task_scaling_batch(grasps, gravity, workers=1), count)
+    again = max(10, again // 10)
+    grip, held = np.array(again * grasps), np.array(again * gravity)
+    sets, sets_on_two = (
+        batched(lambda w=w: gq.task_scaling_batch(grip, held, workers=w), len(grip)) for w in (1, 2)
+    )
     linprog_set = set_seconds(grasps[0], gravity[0])
     warm = warm_highs(grasps[0], np.hstack(tasks[:50]))
     ball = per_call(gq.epsilon, grasps)
+    some = np.array(10 * grasps)
+    balls, balls_on_two = (
+        batched(lambda w=w: gq.epsilon_batch(some, workers=w), len(some)) for w in (1, 2)
+    )
     measured = [t for t in (hull_seconds(g) for g in grasps[:hulls]) if t is not None]
     qhull = float(np.mean(measured)) if measured else None
     try:
@@ -248,9 +242,11 @@ def measure(case: Case, count: int, hulls: int, rng: np.random.Generator) -> lis
         f"{one / two:.2f}",
         f"{1e6 * sets:.0f}",
         f"{linprog_set / sets:,.0f}",
+        f"{sets / sets_on_two:.2f}",
         "-" if warm is None else f"{warm / one:,.0f}",
         f"{1e3 * np.median(ball):.2f} / {1e3 * ball.max():.2f}",
         versus(float(np.median(ball))),
+        f"{balls / balls_on_two:.2f}",
         "-" if volume is None else f"{1e3 * volume:.2f}",
         versus(volume),
     ]
@@ -258,23 +254,17 @@ def measure(case: Case, count: int, hulls: int, rng: np.random.Generator) -> lis
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the benchmark from the command line."""
-    parser = Parser(
-        prog="python -m experiments.benchmarks.metrics", description=(__doc__ or "").splitlines()[0]
-    )
+    parser = Parser(__doc__)
     parser.add_argument("--grasps", type=int, default=300, help="grasps per case")
     parser.add_argument("--hulls", type=int, default=1, help="grasps per case that qhull gets")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args(arguments)
-    for name in ("grasps", "hulls"):
-        if getattr(options, name) < 1:
-            fail(f"--{name}: expected at least 1, got {getattr(options, name)}")
-    if options.seed < 0:
-        fail(f"--seed: expected at least 0, got {options.seed}")
+    at_least(parser, options, grasps=1, hulls=1, seed=0)
     from rich.console import Console
     from rich.table import Table
 
     # Wide enough for every column, also where the output goes to a file.
-    console = Console(width=max(Console().width, 190))
+    console = Console(width=max(Console().width, 210))
     table = Table(title="graspq, independent bounds with unloading; × is how many times faster")
     heads = (
         "case",
@@ -285,9 +275,11 @@ def main(arguments: list[str] | None = None) -> None:
         "2 threads ×",
         "q* 20 tasks [µs]",
         "× linprog",
+        "2 threads ×",
         "× warm HiGHS",
         "ε median / worst [ms]",
         "× qhull",
+        "2 threads ×",
         "V [ms]",
         "× qhull",
     )

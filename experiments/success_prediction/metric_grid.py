@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -13,7 +12,6 @@ import numpy as np
 
 import graspq as gq
 from sdh_sim.metrics import grasp_of, hand_bound, wrench_sets
-from sdh_sim.robot import HandKinematics
 from sdh_sim.sensing import PerceivedGrasp
 from sdh_sim.user_references import ObjectFolder
 
@@ -142,18 +140,13 @@ def evaluate(variant: Variant, grasp: PerceivedGrasp) -> float:
         return math.nan
 
 
-@functools.lru_cache(maxsize=1)
-def _hand() -> HandKinematics:
-    return HandKinematics()
-
-
 def evaluate_row(
     job: tuple[Mapping[str, Any], Sequence[Variant], Mapping[str, ObjectFolder]],
 ) -> list[float]:
     """Values of the variants for one row; NaN where the trial ended before its snapshot."""
     row, variants, folders = job
     found: dict[Variant, float] = {}
-    grasps = {pads: grasp_of(row, pads, _hand(), folders) for pads in PADS}
+    grasps = {pads: grasp_of(row, pads, folders=folders) for pads in PADS}
     # Where the proximal pads feel nothing, all pads see what the distal ones see.
     same = len({len(grasp.contacts) for grasp in grasps.values() if grasp is not None}) == 1
     for variant in variants:

@@ -22,9 +22,10 @@ from graspq.inputs import NO_OWNERS
 AT_ORIGIN = 1e-12
 # How far beyond the origin the set must reach, seen from its inner point.
 BEYOND = 1e-9
-# First and least jog of vertices; points of a smooth set share no plane by chance, and their
-# spacing must stay above the jog. After so many attempts with other random numbers, a smaller one.
-JOG_POLYTOPE, JOG_SMOOTH, LEAST_JOG = 1e-7, 1e-10, 1e-12
+# First and least jog of vertices, as powers of ten. Points of a smooth set share no plane by
+# chance, and their spacing must stay above the jog. After so many attempts with other random
+# numbers, a smaller one.
+JOG_POLYTOPE, JOG_SMOOTH, LEAST_JOG = -7, -10, -12
 ATTEMPTS, SAME_JOG = 12, 3
 IS_FLAT = 7
 # Most facets whose room a thread keeps, of about 150 bytes each.
@@ -144,18 +145,20 @@ def balls_of(bodies: Bodies, stop: float, facets: int, vertices: int) -> Balls:
     if not len(left):
         return Balls(status, lower, upper)
     hull = _room(facets, vertices)
-    power = np.full(count, np.log10(JOG_SMOOTH if smooth else JOG_POLYTOPE))
+    power = np.full(count, JOG_SMOOTH if smooth else JOG_POLYTOPE)
     for attempt in range(ATTEMPTS):
-        results = np.zeros((len(left), BALL_RESULTS))
-        for level in sorted(set(power[left].tolist())):
-            at = power[left] == level
+        results = np.empty((len(left), BALL_RESULTS))
+        levels = power[left]
+        for level in set(levels.tolist()):
+            at = np.flatnonzero(levels == level)
             results[at] = _grow(found, left[at], stop, 10.0**level, attempt, hull)
         status[left], lower[left], upper[left] = results.T
         code = results[:, 0]
+        if (code == GROWN).all():
+            break
         finer = (code == COARSE) | (code == ARTIFICIAL_LEFT) | (attempt % SAME_JOG == SAME_JOG - 1)
-        power[left[finer]] -= 1.0
-        left = left[(code != GROWN) & (code != FULL)]
-        left = left[power[left] >= np.log10(LEAST_JOG)]
+        power[left[finer]] -= 1
+        left = left[(code != GROWN) & (code != FULL) & (power[left] >= LEAST_JOG)]
         if not len(left):
             break
     outside = status == ARTIFICIAL_LEFT
