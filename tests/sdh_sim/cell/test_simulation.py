@@ -99,3 +99,37 @@ def test_restore_goes_back_but_for_the_clock(scene):
     assert (simulation.data.qpos == places).all()
     assert (simulation.data.qvel == speeds).all()
     assert (simulation.data.ctrl[scene.motors] == 0.0).all()
+
+
+class Recorder:
+    """An observer that notes when it is called and what it is given."""
+
+    def __init__(self, name: str, calls: list[tuple[str, float, str]]) -> None:
+        self.name, self.calls = name, calls
+
+    def after_tick(self, scene: Scene, data: mujoco.MjData, phase: str) -> None:
+        self.calls.append((self.name, data.time, phase))
+
+
+def test_observers_are_called_after_every_tick_in_their_order(scene):
+    calls: list[tuple[str, float, str]] = []
+    simulation = Simulation(scene, [Recorder("log", calls)])
+    simulation.phase = "first"
+    simulation.tick()
+    with simulation.observed_by(Recorder("sensor", calls)):
+        simulation.phase = "second"
+        simulation.tick()
+    simulation.tick()
+    assert [(name, round(time, 6), phase) for name, time, phase in calls] == [
+        ("log", 0.01, "first"),
+        ("sensor", 0.02, "second"),
+        ("log", 0.02, "second"),
+        ("log", 0.03, "second"),
+    ]
+
+
+def test_an_observer_leaves_when_its_block_is_broken_off(scene):
+    simulation = Simulation(scene)
+    with pytest.raises(KeyError), simulation.observed_by(Recorder("sensor", [])):
+        raise KeyError
+    assert simulation.observers == []

@@ -152,6 +152,23 @@ def test_the_hand_ends_the_lift_150_mm_higher():
     assert simulation.data.xpos[scene.object_body][2] > scene.obj.standing_height + 0.13
 
 
+def test_the_bare_trial_ends_as_the_whole_one(results):
+    for seed in range(2):
+        row = results["cylindrical_bottle", seed].row
+        failure, motion = Trial(BOTTLE, seed).grasp_and_lift()
+        assert failure == row.failure
+        assert motion[:2] == (row.displacement_mm, row.rotation_deg)
+
+
+def test_steps_out_of_order_are_refused():
+    trial = Trial(BOTTLE, 1)
+    for step in (lambda: trial.load(held=False), lambda: trial.load(held=True)):
+        with pytest.raises(RuntimeError, match="acquire and lift come first"):
+            step()
+    with pytest.raises(RuntimeError, match="acquire and lift come first"):
+        trial.load_directions()
+
+
 def frictionless(name: str) -> Scene:
     scene = build_scene(TrialSettings(name))
     touching = np.isin(scene.geom_group, (HAND_GEOM, OBJECT_GEOM))
