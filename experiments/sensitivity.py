@@ -195,7 +195,7 @@ def main(argv: list[str] | None = None) -> int:
     )
     results = dict(zip(settings, run_all(work, settings, "assumptions"), strict=True))
     lines = [
-        Line(s.key, s.value, *(_summary(q[:, k], held) for k in (0, 1))) for s, q in results.items()
+        Line(s.key, s.value, *(summary(q[:, k], held) for k in (0, 1))) for s, q in results.items()
     ]
     with (out / "sensitivity.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
@@ -212,8 +212,11 @@ def _pads_of(run: Path) -> str:
     return RunFolder(run).read_plan().settings.pads
 
 
-def _summary(q: np.ndarray, held: np.ndarray) -> tuple[float, float]:
-    return auc(q, held) or 0.5, float(np.mean((q > 1.0) == held))
+def summary(q: np.ndarray, held: np.ndarray) -> tuple[float, float]:
+    """Area under the ROC curve and accuracy at 1 of ``q``, where some held and some did not."""
+    area = auc(q, held)
+    assert area is not None  # main refuses outcomes that are all alike
+    return area, float(np.mean((q > 1.0) == held))
 
 
 class Line(NamedTuple):

@@ -68,6 +68,12 @@ def observe(job: tuple[str, int]) -> Seen:
     return Seen(held, values[:, :2], values[:, 2])
 
 
+def area_text(scores: np.ndarray, held: np.ndarray) -> str:
+    """The area under the ROC curve, or a dash where all outcomes are alike."""
+    area = auc(scores, held)
+    return "–" if area is None else f"{area:.3f}"
+
+
 def main(argv: list[str] | None = None) -> None:
     """Print the table."""
     parser = Parser(__doc__)
@@ -89,7 +95,7 @@ def main(argv: list[str] | None = None) -> None:
         moved = 100 * np.abs(q[both, k, 0] / q[both, 0, 0] - 1)
         table.add_row(
             name,
-            *(f"{auc(q[:, k, b], held) or 0.5:.3f}" for b in (0, 1)),
+            *(area_text(q[:, k, b], held) for b in (0, 1)),
             *(f"{100 * np.mean((q[:, k, b] > 1) == held):.1f}" for b in (0, 1)),
             f"{np.median(moved):.1f}",
             f"{np.quantile(moved, 0.9):.1f}",

@@ -191,7 +191,8 @@ def forest(results: Sequence[Result]) -> Figure:
             _dot(axes[0], c.auc, c.auc_interval, y, colour, hollow)
         if best is not None and best.accuracy.value is not None and best.accuracy.interval:
             _dot(axes[1], best.accuracy.value, best.accuracy.interval, y, colour, hollow)
-    base = results[0].comparison.success.value or 0.5
+    success = results[0].comparison.success.value
+    base = 0.5 if success is None else success
     for k, (ax, mark) in enumerate(zip(axes, (0.5, max(base, 1.0 - base)), strict=True)):
         ax.axvline(mark, color=figure_style.GREY, linewidth=0.9, linestyle=(0, (4, 3)), zorder=0)
         ax.grid(axis="x")

@@ -108,3 +108,16 @@ def test_numbers_out_of_range_are_refused(module, arguments, capsys):
         module.main(arguments)
     assert stop.value.code == 2
     assert "must" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("scores", "area"), [((2.0, 1.0), 1.0), ((1.0, 1.0), 0.5), ((1.0, 2.0), 0.0)]
+)
+def test_an_area_of_zero_is_not_taken_for_chance(scores, area):
+    held = np.array([True, False])
+    assert sensor_study.area_text(np.array(scores), held) == f"{area:.3f}"
+    assert sensitivity.summary(np.array(scores), held)[0] == area
+
+
+def test_outcomes_that_are_all_alike_have_no_area():
+    assert sensor_study.area_text(np.ones(2), np.array([True, True])) == "–"
