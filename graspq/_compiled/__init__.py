@@ -64,13 +64,17 @@ The files; each imports from those above it
 
                                       jit
                                        |
-          +----------------------------+------------------------+-----------------+
-          |                            |                        |                 |
-    small_matrices                   body                  polytopes      bounded_simplex
-          |                            |                        |                 |
-      workspace                        |                  normal_cones            |
-          |                            |                        |                 |
-    support_function              body_reading          minkowski_volume  shared_motor_reach
+          +----------------------------+------------------------+
+          |                            |                        |
+    small_matrices                   body                   polytopes
+          |                            |                        |
+          +-- bounded_simplex          |                   normal_cones
+          |          |                 |                        |
+          |   shared_motor_reach       |                  minkowski_volume
+          |                            |
+      workspace                        |
+          |                            |
+    support_function              body_reading
           |                            |
      +----+-------------+              |
      |                  |              |

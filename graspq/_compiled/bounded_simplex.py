@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from graspq._compiled.jit import compiled
+from graspq._compiled.small_matrices import invert_in_place
 
 OPTIMAL, INFEASIBLE, UNBOUNDED, FAILED = 0, 1, 2, 3
 # Where a column rests.
@@ -107,33 +108,12 @@ def combine_rows(inverse, row, factor, columns, count, out):
 
 @compiled
 def refactor(lp):
-    """Invert the basis by Gauss-Jordan elimination with row pivots; False when it is singular."""
-    a, inverse = lp.scratch, lp.inverse
-    m = a.shape[0]
+    """Invert the basis; False when it is singular."""
+    m = lp.scratch.shape[0]
     for r in range(m):
         for c in range(m):
-            a[r, c] = lp.columns[r, lp.basis[c]]
-            inverse[r, c] = 1.0 if r == c else 0.0
-    for c in range(m):
-        p = c
-        for r in range(c + 1, m):
-            if abs(a[r, c]) > abs(a[p, c]):
-                p = r
-        if abs(a[p, c]) < SINGULAR:
-            return False
-        scale = 1.0 / a[p, c]
-        for k in range(m):
-            a[c, k], a[p, k] = a[p, k], a[c, k]
-            inverse[c, k], inverse[p, k] = inverse[p, k], inverse[c, k]
-            a[c, k] *= scale
-            inverse[c, k] *= scale
-        for r in range(m):
-            factor = a[r, c]
-            if r != c and factor != 0.0:
-                for k in range(m):
-                    a[r, k] -= factor * a[c, k]
-                    inverse[r, k] -= factor * inverse[c, k]
-    return True
+            lp.scratch[r, c] = lp.columns[r, lp.basis[c]]
+    return invert_in_place(lp.scratch, lp.inverse, SINGULAR)
 
 
 @compiled

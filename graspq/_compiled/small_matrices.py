@@ -7,34 +7,43 @@ from graspq._compiled.jit import compiled
 
 @compiled
 def invert(matrix, scratch, inverse):
-    """Invert a square matrix by Gauss-Jordan elimination with partial pivoting.
-
-    ``scratch`` is overwritten. Returns False when the matrix is singular.
-    """
+    """Invert a square matrix; ``scratch`` is overwritten. False when the matrix is singular."""
     # A size that the compiler does not know keeps it from unrolling these loops.
     n = matrix.shape[0]
     for r in range(n):
         for c in range(n):
             scratch[r, c] = matrix[r, c]
+    return invert_in_place(scratch, inverse, 0.0)
+
+
+@compiled
+def invert_in_place(matrix, inverse, least):
+    """Write the inverse of ``matrix``, which is overwritten: Gauss-Jordan, partial pivoting.
+
+    Returns False when a pivot is at most ``least`` in magnitude.
+    """
+    n = matrix.shape[0]
+    for r in range(n):
+        for c in range(n):
             inverse[r, c] = 1.0 if r == c else 0.0
     for c in range(n):
         p = c
         for r in range(c + 1, n):
-            if abs(scratch[r, c]) > abs(scratch[p, c]):
+            if abs(matrix[r, c]) > abs(matrix[p, c]):
                 p = r
-        if scratch[p, c] == 0.0:
+        if abs(matrix[p, c]) <= least:
             return False
-        scale = 1.0 / scratch[p, c]
+        scale = 1.0 / matrix[p, c]
         for k in range(n):
             # Swap the rows and scale the one that stays in place.
-            top, own = scratch[p, k], inverse[p, k]
-            scratch[p, k], inverse[p, k] = scratch[c, k], inverse[c, k]
-            scratch[c, k], inverse[c, k] = scale * top, scale * own
+            top, own = matrix[p, k], inverse[p, k]
+            matrix[p, k], inverse[p, k] = matrix[c, k], inverse[c, k]
+            matrix[c, k], inverse[c, k] = scale * top, scale * own
         for r in range(n):
-            factor = scratch[r, c]
+            factor = matrix[r, c]
             if r != c and factor != 0.0:
                 for k in range(n):
-                    scratch[r, k] -= factor * scratch[c, k]
+                    matrix[r, k] -= factor * matrix[c, k]
                     inverse[r, k] -= factor * inverse[c, k]
     return True
 

@@ -133,7 +133,10 @@ def meshes() -> dict[str, bytes]:
 
 
 def _bytes(data: object) -> bytes:
-    return data.encode() if isinstance(data, str) else bytes(data)  # pyright: ignore
+    if isinstance(data, str):
+        return data.encode()
+    assert isinstance(data, bytes | bytearray | memoryview)
+    return bytes(data)
 
 
 class DamagedObject(Target):

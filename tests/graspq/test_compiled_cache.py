@@ -102,7 +102,7 @@ def test_without_a_folder_that_can_be_written_it_compiles_every_time(kernel):
 
 
 def test_only_a_person_who_waits_is_told_and_only_once(kernel):
-    pty = pytest.importorskip("pty")
+    pty = pytest.importorskip("pty", reason="needs a terminal, which POSIX has")
     said = []
     for _ in range(2):
         master, slave = pty.openpty()

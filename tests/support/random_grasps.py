@@ -31,6 +31,12 @@ def unit(rng):
     return v / np.linalg.norm(v)
 
 
+def on_circle(angle, mu, force, soft):
+    """A contact on a circle of 5 cm about z, which points to its centre."""
+    p = np.array([0.05 * np.cos(angle), 0.05 * np.sin(angle), 0])
+    return gq.Contact(p, [-np.cos(angle), -np.sin(angle), 0], mu, force, soft)
+
+
 def contacts(rng, kind):
     """Contacts of one grasp; the kind says in what way it is special."""
     mu = rng.choice([0.1, 0.5, 1.0])
@@ -50,28 +56,10 @@ def contacts(rng, kind):
         ]
     if kind == "planar":
         angle = rng.uniform(0, 2 * np.pi, count + 1)
-        return [
-            gq.Contact(
-                [0.05 * np.cos(a), 0.05 * np.sin(a), 0],
-                [-np.cos(a), -np.sin(a), 0],
-                mu,
-                force,
-                soft,
-            )
-            for a in angle
-        ]
+        return [on_circle(a, mu, force, soft) for a in angle]
     if kind == "symmetric":
         angle = 2 * np.pi * np.arange(3) / 3
-        return [
-            gq.Contact(
-                [0.05 * np.cos(a), 0.05 * np.sin(a), 0],
-                [-np.cos(a), -np.sin(a), 0],
-                mu,
-                force,
-                soft,
-            )
-            for a in angle
-        ]
+        return [on_circle(a, mu, force, soft) for a in angle]
     if kind == "coaxial":
         n = unit(rng)
         mu = rng.choice([0.0, mu])

@@ -123,7 +123,7 @@ def cluster(tmp_path_factory) -> Iterator[Cluster]:
 
 def listening(*pids: int) -> set[str]:
     """Addresses on which these processes and their children accept connections."""
-    psutil = pytest.importorskip("psutil")
+    psutil = pytest.importorskip("psutil", reason="psutil comes with the extra 'distributed'")
     found = [psutil.Process(pid) for pid in pids]
     found += [child for process in found for child in process.children(recursive=True)]
     sockets = []

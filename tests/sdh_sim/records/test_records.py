@@ -82,7 +82,7 @@ def test_other_readers_see_the_same_element(tmp_path, library):
     path = tmp_path / "trials.parquet"
     records.write_rows(rows(8), path)
     wanted = [np.float32(row["tactile_distal"][2, 12, 5]) for row in rows(8)]
-    reader = pytest.importorskip(library)
+    reader = pytest.importorskip(library, reason=f"{library} is not installed")
     if library == "polars":
         got = [cell[2][12][5] for cell in reader.read_parquet(path)["tactile_distal"].to_list()]
     else:
