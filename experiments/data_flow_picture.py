@@ -36,7 +36,7 @@ TRIAL = (
     Room(
         "grasping",
         "how to grasp?",
-        ("sdh_sim.grasping.grasp_sampler:GraspPlan", "sdh_sim.grasping.motion_plan:MotionPlan"),
+        ("sdh_sim.grasping.grasp_plan:GraspPlan", "sdh_sim.grasping.motion_plan:MotionPlan"),
     ),
     Room("cell", "what happens?", ("sdh_sim.cell.simulation:Simulation",)),
     Room(

@@ -30,6 +30,14 @@ class RunError(ValueError):
     """A run folder or plan that cannot be used; the message is one line with a way out."""
 
 
+class NoFeasibleGrasp(RuntimeError):
+    """No random grasp of an object is feasible; the message counts why and says what would be."""
+
+
+class InfeasibleGrasp(RuntimeError):
+    """A given grasp is out of reach or in collision; the message says which."""
+
+
 class Diverged(Exception):
     """The simulation left the plausible numbers; the state is the one after the fatal step."""
 

@@ -18,6 +18,13 @@ def rotation_of(quat: np.ndarray) -> np.ndarray:
     return matrix.reshape(3, 3)
 
 
+def quaternion_of(rotation: np.ndarray) -> np.ndarray:
+    """Unit quaternion w x y z (4,) of a rotation (3, 3)."""
+    quat = np.empty(4)
+    mujoco.mju_mat2Quat(quat, np.ascontiguousarray(rotation, dtype=float).reshape(9))
+    return quat
+
+
 def about_z(angle: float) -> np.ndarray:
     """Unit quaternion w x y z (4,) of a turn about z [rad]."""
     return np.array([math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2)])

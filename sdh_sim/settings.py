@@ -18,6 +18,7 @@ PAPER_TORQUE_LIMIT = (
     round(DATASHEET_TORQUE_LIMIT[0] * PAPER_TORQUE_FACTOR, 4),
     round(DATASHEET_TORQUE_LIMIT[1] * PAPER_TORQUE_FACTOR, 4),
 )
+GRAVITY_DIRECTIONS = ("-z", "+z", "-x", "+x", "-y", "+y")
 LARGEST_TORQUE = 100.0  # [N m] that a motor may have
 
 
@@ -77,8 +78,24 @@ class TrialSettings:
         default="servo",
         metadata=setting(
             "servo: the arm's own joint servos; rigid: a hundred times their stiffness, "
-            "so that nothing moves it.",
-            choices=("servo", "rigid"),
+            "so that nothing moves it; none: the hand floats on a stiff base and reaches all.",
+            choices=("servo", "rigid", "none"),
+        ),
+    )
+    support: str = field(
+        default="table",
+        metadata=setting(
+            "What the object rests on before the lift: the table; none: it is held where it is "
+            "until the fingers have closed, and its weight then acts along --gravity.",
+            choices=("table", "none"),
+        ),
+    )
+    gravity: str = field(
+        default="-z",
+        metadata=setting(
+            "With --support none, direction of the weight in the object's frame; six: along each "
+            "axis either way, one after the other, and the grasp must hold all.",
+            choices=(*GRAVITY_DIRECTIONS, "six"),
         ),
     )
     load_test: str = field(
@@ -183,6 +200,20 @@ class TrialSettings:
         if self.folder is not None and not isinstance(self.folder, ObjectFolder):
             raise SettingsError(f"folder: got {self.folder!r:.80}; expected an ObjectFolder")
         check_metrics(self.metrics)
+        if self.support == "table" and self.gravity != "-z":
+            raise SettingsError(
+                f"gravity: got {self.gravity!r}; on the table the weight acts downward, set "
+                "support to none for another direction"
+            )
+        lifted = {"disturbance": self.disturbance != "none"}
+        lifted["load_test"] = self.load_test == "directions"
+        if self.support == "none" and any(lifted.values()):
+            name = next(name for name, asked in lifted.items() if asked)
+            raise SettingsError(
+                f"{name}: got {getattr(self, name)!r}; with support none the weight itself acts in "
+                "any direction and nothing is lifted: take gravity or none for the load test, none "
+                "for the disturbance"
+            )
 
     def to_dict(self) -> dict[str, Any]:
         """The settings as plain JSON values."""

@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 
 from sdh_sim.cell import Scene
-from sdh_sim.cell.scene_builder import geom_groups, set_contacts, taxel_index
+from sdh_sim.cell.scene_builder import geom_fingers, geom_groups, set_contacts, taxel_index
 from sdh_sim.model_files import models_dir
 from sdh_sim.objects import OBJECT, object_info
 from sdh_sim.robot import HAND, MOTOR_NAMES, hand_kinematics, torque_limits
@@ -222,8 +222,10 @@ def _scene(spec: mujoco.MjSpec, settings: TrialSettings, friction: float, spoil:
         object_qpos=int(first.qposadr[0]) if first is not None else -1,
         object_dof=int(first.dofadr[0]) if first is not None else -1,
         table=model.geom("table").id,
+        fixture=-1,
         taxel=taxel_index(model),
         geom_group=geom_groups(model),
+        geom_finger=geom_fingers(model),
     )  # fmt: skip
     set_contacts(scene)
     model.geom_solref[scene.taxel >= 0] *= (spoil.stiffness, np.sqrt(spoil.stiffness))

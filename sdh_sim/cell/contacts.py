@@ -9,7 +9,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from sdh_sim.cell.scene import ARM_GEOM, HAND_GEOM, OBJECT_GEOM, TABLE_GEOM, Scene
+from sdh_sim.cell.scene import ARM_GEOM, GROUP_NAMES, HAND_GEOM, OBJECT_GEOM, TABLE_GEOM, Scene
 from sdh_sim.robot import TACTILE_SIZE
 
 
@@ -24,10 +24,27 @@ def object_on_table(scene: Scene, data: mujoco.MjData) -> bool:
     return bool(touching(scene, data, OBJECT_GEOM, TABLE_GEOM).any())
 
 
-def robot_touches(scene: Scene, data: mujoco.MjData) -> bool:
-    """Whether the hand or the arm touches anything, itself included."""
-    groups = scene.geom_group[data.contact.geom]
-    return bool(np.isin(groups, (HAND_GEOM, ARM_GEOM)).any())
+def robot_touches(scene: Scene, data: mujoco.MjData) -> str:
+    """What the hand or the arm touches, itself included: a name of GROUP_NAMES, or nothing."""
+    groups = np.sort(scene.geom_group[data.contact.geom], axis=1)
+    touching = groups[np.isin(groups[:, 1], (HAND_GEOM, ARM_GEOM))]
+    return GROUP_NAMES[int(touching[0, 0])] if len(touching) else ""
+
+
+def hand_contacts(scene: Scene, data: mujoco.MjData) -> list[tuple[int, int]]:
+    """What the hand touches, itself included: index of the finger (-1: no finger), group touched.
+
+    Where the hand touches itself the finger is the first of the two that is one.
+    """
+    pairs = data.contact.geom
+    groups, fingers = scene.geom_group[pairs], scene.geom_finger[pairs]
+    found = []
+    for k in np.flatnonzero((groups == HAND_GEOM).any(axis=1)):
+        own = int(groups[k, 0] != HAND_GEOM)  # which of the two geoms is the hand's
+        if groups[k, 1 - own] == HAND_GEOM and fingers[k, own] < 0:
+            own = 1 - own
+        found.append((int(fingers[k, own]), int(groups[k, 1 - own])))
+    return found
 
 
 def taxel_forces(scene: Scene, data: mujoco.MjData) -> np.ndarray:

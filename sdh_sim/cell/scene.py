@@ -12,6 +12,8 @@ from sdh_sim.settings import TrialSettings
 
 OTHER, OBJECT_GEOM, TABLE_GEOM, HAND_GEOM, ARM_GEOM = range(5)
 """Groups of geoms, as in ``Scene.geom_group``."""
+GROUP_NAMES = ("the cell", "the object", "the table", "the hand itself", "the arm")
+"""Of those groups, for messages about the hand."""
 
 
 @dataclass(frozen=True)
@@ -32,8 +34,10 @@ class Scene:
         object_body: body id of the object.
         object_qpos, object_dof: first addresses of its free joint.
         table: geom id of the table top.
+        fixture: equality that holds the object where there is no table, else -1.
         taxel: per geom, index into the flat tactile vector, -1 where it is no taxel (ngeom,).
         geom_group: per geom 0 other, 1 object, 2 table, 3 hand (with taxels), 4 arm (ngeom,).
+        geom_finger: per geom, index of the finger it is part of, -1 where of none (ngeom,).
     """
 
     model: mujoco.MjModel
@@ -52,5 +56,7 @@ class Scene:
     object_qpos: int
     object_dof: int
     table: int
+    fixture: int
     taxel: np.ndarray
     geom_group: np.ndarray
+    geom_finger: np.ndarray

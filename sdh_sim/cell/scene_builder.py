@@ -10,9 +10,17 @@ import numpy as np
 from sdh_sim.cell.scene import ARM_GEOM, HAND_GEOM, OBJECT_GEOM, TABLE_GEOM, Scene
 from sdh_sim.model_files import models_dir
 from sdh_sim.objects import OBJECT, ObjectInfo, object_info, object_spec
-from sdh_sim.robot import ARM, ARM_JOINTS, HAND, MOTOR_NAMES, PAD_OFFSETS, torque_limits
+from sdh_sim.robot import (
+    ARM,
+    ARM_JOINTS,
+    FINGER_NAMES,
+    HAND,
+    MOTOR_NAMES,
+    PAD_OFFSETS,
+    torque_limits,
+)
 from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.arm import arm_spec, arm_speed_limit
+from sdh_sim.robot.carrier import carrier_spec, palm_motion_of
 from sdh_sim.settings import TrialSettings
 
 # Impedance d of the pad contacts, constant, and damping ratio of one taxel's contact: with these
@@ -21,12 +29,16 @@ PAD_IMPEDANCE = 0.95
 PAD_DAMPING_RATIO = 1.0
 # Time constant of contacts away from the pads and the table: hard, but resolved by the time step.
 HARD_SOLREF = (0.01, 1.0)
+# A fixture that gives way by less than 1 µm to what the fingers press with.
+FIXTURE = "fixture"
+FIXTURE_SOLREF, FIXTURE_SOLIMP = (0.005, 1.0), (0.9999, 0.9999, 0.001, 0.5, 2.0)
+NOT_DRAWN = 5  # group of geoms that no picture shows
 RIGID = 100.0  # factor on the arm's stiffness where it is to be rigid
 
 
-def robot_spec() -> mujoco.MjSpec:
-    """Table, arm and hand, without an object."""
-    spec = arm_spec()
+def robot_spec(arm: str = "servo") -> mujoco.MjSpec:
+    """Table, arm (of one of the settings' kinds) and hand, without an object."""
+    spec = carrier_spec(arm)
     hand = mujoco.MjSpec.from_file(str(models_dir() / "schunk_sdh2" / "sdh2.xml"))
     spec.attach(hand, prefix=HAND, site=spec.site(f"{ARM}flange"))
     for body in spec.bodies:
@@ -41,7 +53,7 @@ def build_scene(settings: TrialSettings) -> Scene:
     Raises:
         SettingsError: no such object.
     """
-    spec = robot_spec()
+    spec = robot_spec(settings.arm)
     obj = object_info(settings.object, settings.folder)
     shape = object_spec(settings.object, settings.folder)
     spec.attach(shape, prefix=OBJECT, frame=spec.worldbody.add_frame())
@@ -52,6 +64,8 @@ def build_scene(settings: TrialSettings) -> Scene:
         spec.actuator(HAND + name).forcerange = [-limit, limit]
     if settings.arm == "rigid":
         _stiffen(spec)
+    if settings.support == "none":
+        _take_table_away(spec)
     return _index(spec.compile(), settings, obj)
 
 
@@ -76,6 +90,24 @@ def _stiffen(spec: mujoco.MjSpec) -> None:
         motor.forcelimited = mujoco.mjtLimited.mjLIMITED_FALSE
 
 
+def _take_table_away(spec: mujoco.MjSpec) -> None:
+    """No table and no gravity: a fixture holds the object, until it is released.
+
+    The trial puts the object's weight on as a force, in any direction. The hand's own weight is
+    borne by what carries it in every scene.
+    """
+    spec.option.gravity = np.zeros(3)
+    for name in ("table", "table_frame"):
+        geom = spec.geom(name)
+        geom.contype = geom.conaffinity = 0
+        geom.group = NOT_DRAWN
+    fixture = spec.add_equality(name=FIXTURE, type=mujoco.mjtEq.mjEQ_WELD)
+    fixture.objtype = mujoco.mjtObj.mjOBJ_BODY
+    fixture.name1, fixture.name2 = "world", f"{OBJECT}object"
+    fixture.solref, fixture.solimp = FIXTURE_SOLREF, FIXTURE_SOLIMP
+    fixture.active = True
+
+
 def _index(model: mujoco.MjModel, settings: TrialSettings, obj: ObjectInfo) -> Scene:
     motors = [model.actuator(HAND + name).id for name in MOTOR_NAMES]
     joints = [model.joint(HAND + name) for name in MOTOR_NAMES]
@@ -93,14 +125,16 @@ def _index(model: mujoco.MjModel, settings: TrialSettings, obj: ObjectInfo) -> S
         arm_motors=np.array([model.actuator(ARM + name).id for name in ARM_JOINTS]),
         arm_qpos=np.array([j.qposadr[0] for j in arm_joints]),
         arm_dof=np.array([j.dofadr[0] for j in arm_joints]),
-        arm_speed_limit=arm_speed_limit(model),
+        arm_speed_limit=palm_motion_of(settings.arm).speed_limit,
         palm=model.body(f"{HAND}palm").id,
         object_body=body,
         object_qpos=int(free.qposadr[0]),
         object_dof=int(free.dofadr[0]),
         table=model.geom("table").id,
+        fixture=model.equality(FIXTURE).id if settings.support == "none" else -1,
         taxel=taxel_index(model),
         geom_group=geom_groups(model),
+        geom_finger=geom_fingers(model),
     )
     set_contacts(scene)
     return scene
@@ -128,6 +162,17 @@ def geom_groups(model: mujoco.MjModel) -> np.ndarray:
                 groups[geom] = group
     groups[model.geom("table").id] = TABLE_GEOM
     return groups
+
+
+def geom_fingers(model: mujoco.MjModel) -> np.ndarray:
+    """Per geom, index of the finger it is part of, -1 where of none (ngeom,)."""
+    fingers = np.full(model.ngeom, -1, dtype=np.int64)
+    for geom in range(model.ngeom):
+        body = model.body(int(model.geom_bodyid[geom])).name
+        for index, name in enumerate(FINGER_NAMES):
+            if body.startswith(HAND + name):
+                fingers[geom] = index
+    return fingers
 
 
 def taxel_stiffness(settings: TrialSettings) -> float:

@@ -113,6 +113,20 @@ class Simulation:
         self.data.time = now
         mujoco.mj_forward(self.scene.model, self.data)
 
+    def fix_object(self) -> None:
+        """Hold the object where it is, in a scene without a table; elsewhere nothing happens."""
+        if self.scene.fixture < 0:
+            return
+        pose = self.data.qpos[self.scene.object_qpos : self.scene.object_qpos + 7]
+        # Anchor in the object's frame, and the object's pose in the world.
+        self.scene.model.eq_data[self.scene.fixture, :10] = (0.0, 0.0, 0.0, *pose)
+        self.data.eq_active[self.scene.fixture] = 1
+
+    def release_object(self) -> None:
+        """Let the object go that ``fix_object`` holds."""
+        if self.scene.fixture >= 0:
+            self.data.eq_active[self.scene.fixture] = 0
+
     @contextlib.contextmanager
     def observed_by(self, observer: Observer) -> Iterator[None]:
         """Call the observer too within the block, before the others."""

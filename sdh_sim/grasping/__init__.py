@@ -5,15 +5,26 @@ Other rooms use what is named here.
 
 from sdh_sim.grasping.acquire import acquire
 from sdh_sim.grasping.finger_control import FingerControl
-from sdh_sim.grasping.grasp_sampler import GraspPlan, sample_grasp
-from sdh_sim.grasping.motion_plan import MotionPlan, place, plan_motion, try_grasp
+from sdh_sim.grasping.grasp_plan import GraspPlan
+from sdh_sim.grasping.grasp_sampler import RandomGrasp, sample_grasp
+from sdh_sim.grasping.motion_plan import (
+    Infeasible,
+    MotionPlan,
+    place,
+    plan_given,
+    plan_motion,
+    try_grasp,
+)
 
 __all__ = [
     "FingerControl",
     "GraspPlan",
+    "Infeasible",
     "MotionPlan",
+    "RandomGrasp",
     "acquire",
     "place",
+    "plan_given",
     "plan_motion",
     "sample_grasp",
     "try_grasp",

@@ -7,7 +7,7 @@ import numpy as np
 from sdh_sim.cell import Simulation
 from sdh_sim.grasping.finger_control import FingerControl
 from sdh_sim.grasping.motion_plan import MotionPlan, place
-from sdh_sim.robot import along, arm_kinematics
+from sdh_sim.robot import along, palm_motion_of
 
 APPROACH_TIME, CLOSE_TIME, SQUEEZE_TIME = 0.8, 2.2, 2.0  # the last two at most [s]
 QUIET_TIME = 0.1  # that long at rest ends the squeeze [s]
@@ -18,6 +18,9 @@ REST_SPEED, REST_SPIN = 1e-3, 1e-2  # object at rest below these [m/s], [rad/s]
 def acquire(simulation: Simulation, motion: MotionPlan) -> None:
     """Grasp the object; the simulation ends at rest, ready for the snapshot.
 
+    Without a table a fixture holds the object while the fingers close and squeeze. It lets go
+    before the rest, so that nothing but the hand bears on the object at the snapshot.
+
     Args:
         simulation: of the scene, in any state: it is set to the start of the approach.
         motion: with the grasp.
@@ -27,12 +30,13 @@ def acquire(simulation: Simulation, motion: MotionPlan) -> None:
     """
     scene, data = simulation.scene, simulation.data
     place(scene, data, motion.grasp, motion.approach[0], motion.opening)
-    duration = arm_kinematics().duration(motion.approach, APPROACH_TIME)
+    simulation.fix_object()
+    duration = palm_motion_of(scene.settings.arm).duration(motion.approach, APPROACH_TIME)
     simulation.phase = "approach"
     simulation.follow(lambda share: along(motion.approach, share), duration)
     simulation.wait(0.1)
     fingers = FingerControl(
-        motion.grasp.preshape,
+        motion.grasp.closing,
         motion.opening,
         simulation.limits,
         scene.model.actuator_gainprm[scene.motors, 0],
@@ -40,6 +44,7 @@ def acquire(simulation: Simulation, motion: MotionPlan) -> None:
     )
     _close(simulation, fingers)
     _squeeze(simulation, fingers)
+    simulation.release_object()
     simulation.phase = "rest"
     simulation.wait(REST_TIME)
 
@@ -48,7 +53,8 @@ def _close(simulation: Simulation, fingers: FingerControl) -> None:
     """Close until every finger is stopped by the object, closed fully, or time is up."""
     simulation.phase = "close"
     torque, motors = simulation.data.actuator_force, simulation.scene.motors
-    for _ in range(round(CLOSE_TIME / simulation.tick_time)):
+    time = max(CLOSE_TIME, 1.1 / fingers.closing.rate)
+    for _ in range(round(time / simulation.tick_time)):
         simulation.tick(hand=fingers.close(torque[motors], simulation.tick_time))
         if fingers.closed:
             return

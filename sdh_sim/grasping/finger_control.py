@@ -1,14 +1,13 @@
-"""Finger control: close along the preshape until stalled, then squeeze at the torque limit."""
+"""Finger control: close from open to closed until stalled, then squeeze at the torque limit."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from sdh_sim.robot import preshape_angles
+from sdh_sim.robot import Closing
 from sdh_sim.robot import sdh2_constants as c
 from sdh_sim.robot.hand import MOTOR_FINGER
 
-CLOSING_RATE = 0.6  # closing ratio per second: about 50 deg/s, a quarter of the top speed
 STALL_SHARE = 0.2  # of its torque limit at which a motor counts as stopped by the object
 # No motor counts as stopped below three times the torque of moving freely (to start moving takes
 # twice that), or most of its limit where that is less: weak motors must reach the object.
@@ -18,9 +17,6 @@ SQUEEZE_TIME = 0.6  # [s] over which the grip is built up
 # just enough to saturate it. With far more, the two fingers, together stronger than the thumb,
 # would push it back a long way before the forces balance.
 SQUEEZE_DEMAND = 1.25
-# Preshapes whose distal joints close as well; in the others they open while the finger closes,
-# keeping the pad upright, and hold while the proximal joint squeezes.
-CURLING = ("cylindrical", "spherical")
 
 
 class FingerControl:
@@ -33,32 +29,29 @@ class FingerControl:
     """
 
     def __init__(
-        self, preshape: str, ratio: float, torque_limits: np.ndarray, stiffness: np.ndarray,
+        self, closing: Closing, ratio: float, torque_limits: np.ndarray, stiffness: np.ndarray,
         damping: np.ndarray,
     ) -> None:  # fmt: skip
         """Start at a closing ratio.
 
         Args:
-            preshape: key of ``sdh2_constants.PRESHAPES``.
+            closing: the postures from open to closed.
             ratio: closing ratio of all fingers.
             torque_limits: of the motors (7,) [N m].
             stiffness: gains of their position servos (7,) [N m/rad].
             damping: of their joints (7,) [N m s/rad].
         """
-        self.preshape = preshape
+        self.closing = closing
         self.ratio = np.full(3, float(ratio))
         self.stalled = np.zeros(3, dtype=bool)
-        self.reference = preshape_angles(preshape, self.ratio)
+        self.reference = closing.angles(self.ratio)
         flexion = np.array([m.kind != "spread" for m in c.MOTORS])
-        closing = np.abs(preshape_angles(preshape, 1.0) - preshape_angles(preshape, 0.0))
-        least = np.minimum(OVER_FREE * damping * closing * CLOSING_RATE, NEAR_LIMIT * torque_limits)
+        moves = np.abs(closing.angles(1.0) - closing.angles(0.0))
+        least = np.minimum(OVER_FREE * damping * moves * closing.rate, NEAR_LIMIT * torque_limits)
         self._stall = np.where(flexion, np.maximum(STALL_SHARE * torque_limits, least), np.inf)
         self._load = np.zeros(len(c.MOTORS))  # torques over the stall torques, at the last tick
         self._advance = np.zeros(3)  # of the closing ratios in the last tick
-        squeezes = [
-            m.kind == "proximal" or (m.kind == "distal" and preshape in CURLING) for m in c.MOTORS
-        ]
-        self._push = np.array(squeezes) * SQUEEZE_DEMAND * torque_limits / stiffness
+        self._push = closing.squeezes * SQUEEZE_DEMAND * torque_limits / stiffness
         self._grip: np.ndarray | None = None
         self._squeezed = 0.0
 
@@ -95,9 +88,11 @@ class FingerControl:
                 self.ratio[f] -= since.max() * self._advance[f]
         self._load = load
         before = self.ratio.copy()
-        self.ratio[~self.stalled] = np.minimum(self.ratio[~self.stalled] + CLOSING_RATE * dt, 1.0)
+        self.ratio[~self.stalled] = np.minimum(
+            self.ratio[~self.stalled] + self.closing.rate * dt, 1.0
+        )
         self._advance = self.ratio - before
-        self.reference = preshape_angles(self.preshape, self.ratio)
+        self.reference = self.closing.angles(self.ratio)
         return self.reference
 
     def squeeze(self, angles: np.ndarray, dt: float) -> np.ndarray:

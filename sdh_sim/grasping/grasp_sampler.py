@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sdh_sim.grasping.fingertips import fingertip_reach
+from sdh_sim.grasping.grasp_plan import OBJECT_POSITION, GraspPlan
 from sdh_sim.objects import DEFAULT_SPREAD, ObjectInfo, Spread
+from sdh_sim.robot import preshape_closing
 from sdh_sim.robot.sdh2_constants import PRESHAPES
-
-OBJECT_POSITION = (0.56, 0.0)  # where the object stands on the table [m]
-STANDOFF = 0.10  # length of the straight approach [m]
 
 # Spread of the random grasps. It was set by looking at simulated success alone (30 to 70 % for
 # each object at the paper's torques), never at a metric.
@@ -26,6 +26,10 @@ DEPTH = {"parallel": (0.175, 0.235), "centrical": (0.175, 0.235),
          "cylindrical": (0.15, 0.215), "spherical": (0.15, 0.215)}  # fmt: skip
 PRECISION_DEPTH = (0.205, 0.240)  # fingertips alone: nearer, the object meets the distal joints
 PRECISION_PRESHAPES = ("parallel", "centrical")  # whose distal links stay upright
+# Low objects: the fingertips stay this far above the table, and the pads must bear on the object's
+# uppermost part, this much of it at least [m].
+TIP_CLEARANCE, LEAST_HOLD = 0.004, 0.010
+LEAST_DEPTH = 0.005  # of their grasp centre below their top [m]
 # Pads reach this far past an object's near face at most; deeper, the proximal links would bear on
 # its edges.
 REACH_IN = 0.040
@@ -53,8 +57,8 @@ DEFAULT_PRECISION_SPREAD = Spread(0.6, 0.25, 0.004, math.radians(10))
 
 
 @dataclass(frozen=True)
-class GraspPlan:
-    """One grasp before anything moves.
+class RandomGrasp:
+    """How a random grasp was drawn.
 
     Attributes:
         approach: ``side`` or ``top``.
@@ -99,8 +103,18 @@ class GraspPlan:
         target = np.array([*OBJECT_POSITION, self.height])
         return target - self.palm_rotation() @ (centre - self.offset)
 
+    def plan(self) -> GraspPlan:
+        """The grasp in the world."""
+        return GraspPlan(
+            self.palm_position(),
+            self.palm_rotation(),
+            self.object_yaw,
+            preshape_closing(self.preshape),
+            drawn=self,
+        )
 
-def sample_grasp(obj: ObjectInfo, rng: np.random.Generator, style: str = "any") -> GraspPlan:
+
+def sample_grasp(obj: ObjectInfo, rng: np.random.Generator, style: str = "any") -> RandomGrasp:
     """Draw one grasp; ``motion_plan`` finds out whether the arm can reach it.
 
     Args:
@@ -131,13 +145,17 @@ def sample_grasp(obj: ObjectInfo, rng: np.random.Generator, style: str = "any") 
         deepest = min(TOP_DEPTH[1], max(TOP_DEPTH[0], obj.height - TOP_ROOM))
         height = obj.height - float(rng.uniform(TOP_DEPTH[0], deepest))
     low, high = PRECISION_DEPTH if precision else DEPTH[preshape]
+    if not side:
+        half = obj.half_wide if wide else obj.half_narrow
+        low, height = _above_table(preshape, half, low, height)
+        high = max(low, high)
     ahead = obj.half_narrow if wide else obj.half_wide
     setback = max(0.0, ahead - REACH_IN) if side else 0.0
     # The palm's x, along which the hand closes, is a quarter turn ahead of a side approach.
     closing = azimuth + math.pi / 2 if side else azimuth
     quarters = 2 * int(rng.integers(2)) + int(wide)
     facing = closing - obj.narrow_yaw + quarters * math.pi / 2
-    return GraspPlan(
+    return RandomGrasp(
         approach="side" if side else "top",
         preshape=preshape,
         azimuth=azimuth,
@@ -147,4 +165,30 @@ def sample_grasp(obj: ObjectInfo, rng: np.random.Generator, style: str = "any") 
         depth=float(rng.uniform(low, high)) + setback,
         offset=rng.normal(0.0, spread.offset, 3),
         object_yaw=math.remainder(facing + float(rng.normal(0.0, spread.yaw)), 2 * math.pi),
+    )
+
+
+def _above_table(preshape: str, half: float, depth: float, height: float) -> tuple[float, float]:
+    """Least depth and height of a grasp from above that keep the fingertips off the table.
+
+    Args:
+        preshape: key of ``PRESHAPES``.
+        half: half of the object's width along which the hand closes [m].
+        depth: from the palm to the grasp centre, at least [m].
+        height: of the grasp centre over the table, as drawn [m].
+    """
+    reach = fingertip_reach(preshape, round(half, 3)).lowest + TIP_CLEARANCE
+    height = max(height, TIP_CLEARANCE + LEAST_HOLD)
+    return max(depth, reach - height), height
+
+
+def what_fits(obj: ObjectInfo) -> str:
+    """Which objects the hand can take, beside this one's size, for a message."""
+    lowest = 1e3 * (TIP_CLEARANCE + LEAST_HOLD + LEAST_DEPTH)
+    widest = 1e3 * fingertip_reach("parallel", 0.0).widest
+    return (
+        f"it stands {1e3 * obj.height:.0f} mm high and is {2e3 * obj.half_narrow:.0f} x "
+        f"{2e3 * obj.half_wide:.0f} mm wide; the hand takes from above what is at least "
+        f"{lowest:.0f} mm high, from the side at least {1e3 * sum(SIDE_MARGIN):.0f} mm, and closes "
+        f"across {widest:.0f} mm at most"
     )

@@ -1,22 +1,43 @@
-"""From a random grasp to a feasible motion: reachable, free of collisions, liftable."""
+"""From a grasp to a feasible motion: within reach, free of collisions, liftable."""
 
 from __future__ import annotations
 
+import itertools
+import math
+from collections import Counter
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
 
-from sdh_sim import poses
 from sdh_sim.cell import Scene
 from sdh_sim.cell.contacts import robot_touches
-from sdh_sim.grasping.grasp_sampler import OBJECT_POSITION, STANDOFF, GraspPlan, sample_grasp
-from sdh_sim.robot import arm_kinematics, preshape_angles
+from sdh_sim.errors import NoFeasibleGrasp
+from sdh_sim.grasping.closing_arc import closing_arc
+from sdh_sim.grasping.grasp_plan import GraspPlan, standing_pose
+from sdh_sim.grasping.grasp_sampler import RandomGrasp, sample_grasp, what_fits
+from sdh_sim.robot import palm_motion_of
 
 LIFT_HEIGHT = 0.15  # [m]
 OPENINGS = (0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.0)  # closing ratios tried for the approach
+MARGIN = 0.08  # of the closing ratio that an opening found here leaves free
 MAX_DRAWS = 500
-UNREACHABLE, COLLIDING = "unreachable", "colliding"
+LEAST_FINGERS = 2  # that a random grasp must aim at the object
+TURNS = 24  # directions in which a grasp of a user's own is tried, all around
+UNREACHABLE, COLLIDING, MISSING = "unreachable", "colliding", "missing"
+
+
+class Infeasible(NamedTuple):
+    """Why a grasp has no motion.
+
+    Attributes:
+        kind: ``UNREACHABLE``, ``COLLIDING`` or ``MISSING`` (the fingers meet no object).
+        reason: in words.
+    """
+
+    kind: str
+    reason: str
 
 
 @dataclass(frozen=True)
@@ -26,7 +47,7 @@ class MotionPlan:
     Attributes:
         grasp: where the hand goes.
         approach, lift: joint paths of the arm (n, 6) [rad].
-        opening: closing ratio of the preshape during the approach.
+        opening: closing ratio during the approach.
         unreachable, colliding: grasps drawn before that the arm cannot reach or that collide.
     """
 
@@ -39,95 +60,151 @@ class MotionPlan:
 
 
 def plan_motion(scene: Scene, rng: np.random.Generator) -> MotionPlan:
-    """Draw grasps until one is within reach and free of collisions.
+    """Draw grasps until one is within reach, free of collisions, and aimed at the object.
 
     Args:
         scene: with the object and the style of grasps in its settings.
         rng: of all that is random in them.
 
     Raises:
-        RuntimeError: none in ``MAX_DRAWS`` draws.
+        NoFeasibleGrasp: none in ``MAX_DRAWS`` draws.
     """
-    unreachable = colliding = 0
+    met = Counter[str]()
     for _ in range(MAX_DRAWS):
-        found = try_grasp(scene, sample_grasp(scene.obj, rng, scene.settings.grasps))
+        drawn = sample_grasp(scene.obj, rng, scene.settings.grasps)
+        found = try_grasp(scene, drawn.plan(), aim=drawn)
         if isinstance(found, MotionPlan):
-            return replace(found, unreachable=unreachable, colliding=colliding)
-        unreachable += found == UNREACHABLE
-        colliding += found == COLLIDING
-    raise RuntimeError(
-        f"no feasible grasp of {scene.obj.name} in {MAX_DRAWS} draws ({unreachable} out of reach, "
-        f"{colliding} in collision): is it too wide for the hand or too low?"
+            return replace(
+                found, unreachable=met[UNREACHABLE], colliding=met[COLLIDING] + met[MISSING]
+            )
+        met[found.kind] += 1
+    counts = ", ".join(
+        f"{met[kind]} {what}"
+        for kind, what in (
+            (UNREACHABLE, "out of reach"),
+            (COLLIDING, "in collision"),
+            (MISSING, "past the object"),
+        )
+    )
+    raise NoFeasibleGrasp(
+        f"no feasible grasp of {scene.obj.name} in {MAX_DRAWS} draws ({counts}); "
+        + what_fits(scene.obj)
     )
 
 
-def try_grasp(scene: Scene, grasp: GraspPlan) -> MotionPlan | str:
-    """The motion of a grasp, or why there is none: ``UNREACHABLE`` or ``COLLIDING``."""
-    arm = arm_kinematics()
-    rotation, position = grasp.palm_rotation(), grasp.palm_position()
+def plan_given(scene: Scene, grasp: GraspPlan) -> MotionPlan | Infeasible:
+    """The motion of a grasp that was given, or why there is none.
+
+    One that may be turned is tried in directions all around, the given one first.
+    """
+    turns = range(TURNS if grasp.turnable else 1)
+    failures: list[Infeasible] = []
+    for turn in turns:
+        found = try_grasp(scene, grasp.turned(turn * 2 * math.pi / TURNS) if turn else grasp)
+        if isinstance(found, MotionPlan):
+            return found
+        failures.append(found)
+    # What came nearest to a motion says most.
+    within_reach = [f for f in failures if f.kind != UNREACHABLE]
+    return (within_reach or failures)[0]
+
+
+def try_grasp(
+    scene: Scene, grasp: GraspPlan, aim: RandomGrasp | None = None
+) -> MotionPlan | Infeasible:
+    """The motion of a grasp, or why there is none.
+
+    Args:
+        scene: with the object.
+        grasp: where the hand goes.
+        aim: the random grasp that it comes from. Where its fingers meet nothing, they would have to
+            without its errors: an error may miss the object, a plan may not.
+    """
+    arm = palm_motion_of(scene.settings.arm)
+    rotation, position = grasp.palm_rotation, grasp.palm_position
     final = arm.reach(position, rotation)
-    back = None if final is None else arm.straight(final, -STANDOFF * rotation[:, 2])
-    if final is None or back is None:
-        return UNREACHABLE
-    opening = free_opening(scene, mujoco.MjData(scene.model), grasp, back)
+    if final is None:
+        return Infeasible(UNREACHABLE, "the arm cannot bring the palm there")
+    back = arm.straight(final, -arm.standoff * rotation[:, 2])
+    if back is None:
+        return Infeasible(
+            UNREACHABLE, f"the arm cannot approach along the palm's z from {arm.standoff:g} m away"
+        )
+    data = mujoco.MjData(scene.model)
+    opening, met = _free_opening(scene, data, grasp, back)
     if opening is None:
-        return COLLIDING
+        return Infeasible(COLLIDING, f"the open hand or the arm touches {met} on its way")
+    place(scene, data, grasp, final, opening)
+    arc = closing_arc(scene, data, grasp, opening)
+    if arc.blocked_by:
+        return Infeasible(COLLIDING, f"a closing finger meets {arc.blocked_by} before the object")
+    if aim is not None and arc.touches.sum() < LEAST_FINGERS:
+        place(scene, data, grasp, final, opening)
+        data.qpos[scene.object_qpos : scene.object_qpos + 3] += rotation @ aim.offset
+        if closing_arc(scene, data, grasp, opening).touches.sum() < LEAST_FINGERS:
+            return Infeasible(MISSING, "the fingers close past the object")
     lift = arm.straight(final, np.array([0.0, 0.0, LIFT_HEIGHT]))
     if lift is None:
-        return UNREACHABLE
+        return Infeasible(UNREACHABLE, f"the arm cannot lift the hand by {LIFT_HEIGHT:g} m")
     return MotionPlan(grasp, back[::-1], lift, opening)
 
 
-def free_opening(
+def _free_opening(
     scene: Scene, data: mujoco.MjData, grasp: GraspPlan, path: np.ndarray
-) -> float | None:
-    """The opening with which the approach touches nothing, the most closed one, or None.
+) -> tuple[float | None, str]:
+    """The opening with which the approach touches nothing: the grasp's own, or the most closed.
 
     Args:
         scene: with the object.
         data: to try positions in; its content is lost.
-        grasp: with the preshape.
+        grasp: with the closing.
         path: joint angles of the arm on the approach, (n, 6) [rad].
+
+    Returns:
+        the opening, and None with what is touched where there is none.
     """
-    for opening in OPENINGS:
-        # The check closes the hand a little further than the approach will: a margin.
-        if all(
-            not _collides(scene, data, grasp, arm, opening + margin)
-            for arm in (path[0], path[len(path) // 3], path[-1])
-            for margin in (0.08, 0.0)
-        ):
-            return opening
-    return None
+    # The search closes the hand a little further than the approach will: a margin.
+    openings, margins = OPENINGS, (MARGIN, 0.0)
+    if grasp.opening is not None:
+        openings, margins = (grasp.opening,), (0.0,)
+    met = ""
+    for opening in openings:
+        tries = itertools.product((path[0], path[len(path) // 3], path[-1]), margins)
+        met = next(
+            filter(None, (_met(scene, data, grasp, arm, opening + m) for arm, m in tries)), ""
+        )
+        if not met:
+            return opening, ""
+    return None, met
 
 
 def place(
     scene: Scene, data: mujoco.MjData, grasp: GraspPlan, arm: np.ndarray, opening: float
 ) -> None:
-    """Set the start of a grasp: object on the table, arm and hand at rest.
+    """Set the start of a grasp: object at its place, arm and hand at rest.
 
     Args:
         scene: with the object.
         data: of the scene; reset and changed in place.
-        grasp: with the object's yaw and the preshape.
+        grasp: with the object's yaw and the closing.
         arm: joint angles (6,) [rad].
-        opening: closing ratio of the preshape.
+        opening: closing ratio.
     """
     mujoco.mj_resetData(scene.model, data)
-    angles = preshape_angles(grasp.preshape, opening)
+    angles = grasp.closing.angles(opening)
     data.qpos[scene.arm_qpos] = arm
     data.qpos[scene.motor_qpos] = angles
     data.qpos[scene.coupled_qpos] = angles[0]
-    free = data.qpos[scene.object_qpos : scene.object_qpos + 7]
-    free[3:] = poses.product(poses.about_z(grasp.object_yaw), scene.obj.standing_quat)
-    free[:3] = (*OBJECT_POSITION, scene.obj.standing_height)
+    at = slice(scene.object_qpos, scene.object_qpos + 7)
+    data.qpos[at] = standing_pose(scene.obj, grasp.object_yaw)
     data.ctrl[scene.arm_motors] = arm
     data.ctrl[scene.motors] = angles
 
 
-def _collides(
+def _met(
     scene: Scene, data: mujoco.MjData, grasp: GraspPlan, arm: np.ndarray, opening: float
-) -> bool:
-    """Whether the robot touches anything in a position; arguments as ``place``."""
+) -> str:
+    """What the robot touches in a position, empty where nothing; arguments as ``place``."""
     place(scene, data, grasp, arm, opening)
     mujoco.mj_kinematics(scene.model, data)
     mujoco.mj_collision(scene.model, data)

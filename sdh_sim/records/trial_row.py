@@ -16,11 +16,15 @@ import pyarrow as pa
 
 from sdh_sim.records.column import Column
 
-FAILURES = ("none", "no_contact", "dropped", "slipped", "rotated", "unstable_simulation", "error")
-"""How a trial ended. ``none`` is a success. ``unstable_simulation`` (the simulation diverged) and
-``error`` (the trial raised, or its process died, twice) tell nothing about the grasp: comparisons
-leave both out and count them. An ``error`` row has no values but trial, object and seed."""
-NO_TRUTH = ("unstable_simulation", "error")
+FAILURES = (
+    *("none", "no_contact", "dropped", "slipped", "rotated"),
+    *("infeasible", "unstable_simulation", "error"),
+)
+"""How a trial ended. ``none`` is a success. ``infeasible`` (a given grasp is out of reach or in
+collision), ``unstable_simulation`` (the simulation diverged) and ``error`` (the trial raised, or
+its process died, twice) tell nothing about the grasp: comparisons leave them out and count them.
+An ``error`` row has no values but trial, object and seed."""
+NO_TRUTH = ("infeasible", "unstable_simulation", "error")
 """Failures that tell nothing about the grasp."""
 TACTILE_UNIT = "kPa"
 
@@ -52,6 +56,7 @@ class TrialRow(MutableMapping[str, Any]):
     seed: int | None = _column(_INT, "", "seed that decides the trial", required=True)
     success: bool | None = _column(_FLAG, "", "the object was lifted and held", required=True)
     failure: str | None = _column(_TEXT, "", "one of " + ", ".join(FAILURES), required=True)
+    infeasible_reason: str | None = _column(_TEXT, "", "why a given grasp could not be tried")
     displacement_mm: float | None = _column(
         _REAL, "mm", "object motion in the hand frame since the snapshot"
     )
@@ -94,6 +99,18 @@ class TrialRow(MutableMapping[str, Any]):
         "N, N m",
         "load along +x -x +y -y +z -z and moment about x y z of the hand at failure; inf: none",
         (9,),
+    )
+    gravity: str | None = _column(
+        _TEXT, "", "direction of the weight without a table, in the object's frame; or six"
+    )
+    direction_displacement_mm: np.ndarray | None = _column(
+        _REAL, "mm", "object motion under its weight along -z +z -x +x -y +y; NaN: not tried", (6,)
+    )
+    direction_rotation_deg: np.ndarray | None = _column(
+        _REAL, "deg", "object rotation under its weight along the same directions", (6,)
+    )
+    direction_q_sim: np.ndarray | None = _column(
+        _REAL, "", "weights the grasp held along the same directions", (6,)
     )
     disturbance_failure: str | None = _column(
         _TEXT, "", "failure of the disturbance test after the lift"

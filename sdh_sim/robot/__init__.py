@@ -1,6 +1,8 @@
 """The SDH-2 and the arm as devices: their numbers, pads and kinematics."""
 
-from sdh_sim.robot.arm import ARM, ARM_JOINTS, ArmKinematics, along, arm_kinematics
+from sdh_sim.robot.arm import ARM, ARM_JOINTS, ArmKinematics
+from sdh_sim.robot.carrier import palm_motion_of
+from sdh_sim.robot.closing import Closing, closing_between, preshape_closing
 from sdh_sim.robot.hand import (
     FINGER_NAMES,
     HAND,
@@ -9,7 +11,6 @@ from sdh_sim.robot.hand import (
     HandPosture,
     hand_kinematics,
     joint_table,
-    preshape_angles,
     strip_taxels,
     torque_limits,
 )
@@ -22,6 +23,7 @@ from sdh_sim.robot.pads import (
     pad_table,
     taxel_centres,
 )
+from sdh_sim.robot.palm_motion import PalmMotion, along
 
 __all__ = [
     "ARM",
@@ -33,16 +35,19 @@ __all__ = [
     "PAD_OFFSETS",
     "TACTILE_SIZE",
     "ArmKinematics",
+    "Closing",
     "HandKinematics",
     "HandPosture",
+    "PalmMotion",
     "along",
-    "arm_kinematics",
     "arrays",
+    "closing_between",
     "hand_kinematics",
     "joint_table",
     "live_mask",
     "pad_table",
-    "preshape_angles",
+    "palm_motion_of",
+    "preshape_closing",
     "strip_taxels",
     "taxel_centres",
     "torque_limits",

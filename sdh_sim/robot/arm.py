@@ -1,9 +1,8 @@
-"""Arm motion: inverse kinematics by mink, straight hand paths, minimum-jerk timing."""
+"""The arm: its model, and inverse kinematics by mink."""
 
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 
 import mink
 import mujoco
@@ -12,6 +11,7 @@ import numpy as np
 from sdh_sim.model_files import models_dir
 from sdh_sim.poses import rotate
 from sdh_sim.robot import sdh2_constants as c
+from sdh_sim.robot.palm_motion import PalmMotion
 
 ARM = "arm/"  # prefix of its names in a workcell
 ARM_JOINTS = tuple(f"joint{k}" for k in range(1, 7))
@@ -19,16 +19,18 @@ ARM_JOINTS = tuple(f"joint{k}" for k in range(1, 7))
 SOLVER = "daqp"  # an active-set solver for small dense problems, which these 6 × 6 ones are
 POSITION_TOLERANCE = 2e-4  # [m]
 ROTATION_TOLERANCE = 2e-3  # [rad]
-SPEED_SHARE = 0.9  # of the joint speed limits that a path may use
+STANDOFF = 0.10  # length of the straight approach [m]
 
 
-class ArmKinematics:
+class ArmKinematics(PalmMotion):
     """Finds joint angles for poses of the palm.
 
     Attributes:
         model: the arm with a site ``palm`` where the hand's palm frame will be.
         lower, upper: joint limits (6,) [rad].
     """
+
+    standoff = STANDOFF
 
     def __init__(self) -> None:
         spec = arm_spec()
@@ -48,7 +50,7 @@ class ArmKinematics:
         self._limits = [mink.ConfigurationLimit(self.model)]
 
     def palm_pose(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Position (3,) [m] and rotation (3, 3) of the palm in the world at joint angles (6,)."""
+        """As ``PalmMotion`` says."""
         self._configuration.update(np.asarray(q, dtype=float))
         pose = self._configuration.get_transform_frame_to_world("palm", "site")
         return pose.translation(), pose.rotation().as_matrix()
@@ -56,14 +58,7 @@ class ArmKinematics:
     def solve(
         self, position: np.ndarray, rotation: np.ndarray, start: np.ndarray, steps: int = 60
     ) -> np.ndarray | None:
-        """Joint angles (6,) for a palm pose, from a start; None when it is not reached.
-
-        Args:
-            position: (3,) [m] in the world.
-            rotation: (3, 3), columns are the palm's axes in the world.
-            start: joint angles to start from (6,) [rad].
-            steps: iterations of the differential inverse kinematics.
-        """
+        """As ``PalmMotion`` says; ``steps`` are those of differential inverse kinematics."""
         target = mink.SE3.from_rotation_and_translation(
             mink.SO3.from_matrix(rotation), np.asarray(position, dtype=float)
         )
@@ -95,7 +90,7 @@ class ArmKinematics:
         return None
 
     def reach(self, position: np.ndarray, rotation: np.ndarray) -> np.ndarray | None:
-        """Joint angles (6,) for a palm pose from any of a few postures; None when out of reach."""
+        """As ``PalmMotion`` says; from any of a few postures."""
         turn = -math.atan2(position[1], position[0])  # joint 1 turns about -z
         forward = rotation[2, 2] > -0.7  # else the hand points down
         shoulder, elbow, bend = (0.9, 0.6, 1.5) if forward else (0.5, 0.5, 0.6)
@@ -106,48 +101,15 @@ class ArmKinematics:
                 return found
         return None
 
-    def straight(
-        self, start: np.ndarray, motion: np.ndarray, spacing: float = 0.03
-    ) -> np.ndarray | None:
-        """Joint path (n, 6) that moves the palm along a straight line without turning it.
 
-        Args:
-            start: joint angles at the beginning (6,) [rad].
-            motion: displacement of the palm in the world (3,) [m].
-            spacing: distance between waypoints [m].
-
-        Returns:
-            Waypoints at equal distances along the line, or None when one is out of reach.
-        """
-        position, rotation = self.palm_pose(start)
-        count = max(2, math.ceil(float(np.linalg.norm(motion)) / spacing) + 1)
-        path = [np.asarray(start, dtype=float)]
-        for share in np.linspace(0.0, 1.0, count)[1:]:
-            found = self.solve(position + share * np.asarray(motion), rotation, path[-1], steps=20)
-            if found is None or np.abs(found - path[-1]).max() > 0.5:
-                return None
-            path.append(found)
-        return np.array(path)
-
-    def duration(self, path: np.ndarray, at_least: float) -> float:
-        """Time [s] for a minimum-jerk run along a path that keeps every joint speed limit."""
-        # Greatest slope of the minimum-jerk profile is 15/8 of the mean speed.
-        per_share = np.abs(np.diff(path, axis=0)).max(axis=0) * (len(path) - 1)
-        needed = 1.875 * float((per_share / (SPEED_SHARE * self.speed_limit)).max())
-        return max(at_least, needed)
-
-
-def along(path: np.ndarray, share: float) -> np.ndarray:
-    """Joint angles (6,) at a share 0..1 of a path's minimum-jerk course in time."""
-    s = min(max(share, 0.0), 1.0)
-    course = s * s * s * (10.0 - 15.0 * s + 6.0 * s * s) * (len(path) - 1)
-    low = min(int(course), len(path) - 2)
-    return path[low] + (course - low) * (path[low + 1] - path[low])
+def cell_spec() -> mujoco.MjSpec:
+    """The table and what lights it."""
+    return mujoco.MjSpec.from_file(str(models_dir() / "cell" / "cell.xml"))
 
 
 def arm_spec() -> mujoco.MjSpec:
     """Table and arm."""
-    spec = mujoco.MjSpec.from_file(str(models_dir() / "cell" / "cell.xml"))
+    spec = cell_spec()
     arm = mujoco.MjSpec.from_file(str(models_dir() / "kuka_kr5_sixx_r850" / "kr5_sixx_r850.xml"))
     spec.attach(arm, prefix=ARM, site=spec.site("arm_mount"))
     return spec
@@ -160,9 +122,3 @@ def arm_speed_limit(model: mujoco.MjModel) -> np.ndarray:
         if model.numeric(k).name.endswith("joint_speed_limit")
     )  # fmt: skip
     return np.array(numeric.data)
-
-
-@lru_cache(maxsize=1)
-def arm_kinematics() -> ArmKinematics:
-    """The arm, built once per process."""
-    return ArmKinematics()

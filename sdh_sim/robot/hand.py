@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import lru_cache
 
 import mujoco
@@ -33,27 +32,6 @@ def joint_table() -> list[tuple[str, str, float, tuple[float, float], float]]:
         if m.kind == "spread":
             rows.append((c.COUPLED_JOINT, f"{index} (coupled)", torque, reach, speed))
     return rows
-
-
-def preshape_angles(preshape: str, ratio: float | Sequence[float] | np.ndarray) -> np.ndarray:
-    """Motor angles (7,) [rad] of a preshape; closing ratio one for all or one a finger.
-
-    Args:
-        preshape: key of ``sdh2_constants.PRESHAPES``.
-        ratio: 0 open to 1 closed; a sequence gives it per finger in the order of FINGERS.
-    """
-    offset, slope = _preshape_lines(preshape)
-    ratios = np.broadcast_to(ratio, 3)[MOTOR_FINGER]
-    return np.clip(offset + slope * ratios, *c.PHALANX_RANGE)
-
-
-@lru_cache
-def _preshape_lines(preshape: str) -> tuple[np.ndarray, np.ndarray]:
-    """Angle of every motor at closing ratio 0 and what it gains up to 1, (7,) each [rad]."""
-    shape = c.PRESHAPES[preshape]
-    lines = {"spread": (shape.spread, 0.0), "proximal": shape.proximal, "distal": shape.distal}
-    offset, slope = np.array([lines[m.kind] for m in c.MOTORS]).T
-    return offset, slope
 
 
 class HandKinematics:

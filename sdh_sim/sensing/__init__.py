@@ -8,6 +8,7 @@ from sdh_sim.sensing.tactile_frames import TactileFrames, take_snapshot
 from sdh_sim.sensing.tactile_sensor import SensorModel, TactileSensor
 from sdh_sim.sensing.tracking_error import add_tracking_error
 from sdh_sim.sensing.unsensed_contacts import unsensed_contacts
+from sdh_sim.sensing.weight_directions import directions_of, unit_vector
 
 __all__ = [
     "GRAVITY",
@@ -18,8 +19,10 @@ __all__ = [
     "TactileSensor",
     "TactileSnapshot",
     "add_tracking_error",
+    "directions_of",
     "pad_contacts",
     "perceive",
     "take_snapshot",
+    "unit_vector",
     "unsensed_contacts",
 ]

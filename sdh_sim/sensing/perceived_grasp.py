@@ -17,6 +17,7 @@ from sdh_sim.sensing.pad_contact import PadContact
 from sdh_sim.sensing.pad_contacts import pad_contacts
 from sdh_sim.sensing.snapshot import TactileSnapshot
 from sdh_sim.sensing.unsensed_contacts import unsensed_contacts
+from sdh_sim.sensing.weight_directions import directions_of, unit_vector
 
 TASK_RADIUS = 0.02 / 3  # [m]
 TASK_SAMPLES = 20
@@ -81,8 +82,19 @@ def perceive(
 
 
 def gravity_task(snapshot: TactileSnapshot, obj: ObjectInfo) -> np.ndarray:
-    """Wrenches that hold the object against gravity around its centre of mass, (6, m)."""
-    down = np.array([0.0, 0.0, -GRAVITY])
-    hand = rotation_of(snapshot.hand_pose_world[3:])
-    in_object = rotation_of(snapshot.object_pose_hand[3:]).T @ hand.T @ down
-    return gq.gravity_tasks(obj.mass_kg, np.zeros(3), in_object, TASK_RADIUS, TASK_SAMPLES)
+    """Wrenches that hold the object's weight around its centre of mass, (6, m).
+
+    Where the weight acts along several directions in turn, those of all of them.
+    """
+    if snapshot.gravity:
+        weights = [GRAVITY * unit_vector(name) for name in directions_of(snapshot.gravity)]
+    else:
+        down = np.array([0.0, 0.0, -GRAVITY])
+        hand = rotation_of(snapshot.hand_pose_world[3:])
+        weights = [rotation_of(snapshot.object_pose_hand[3:]).T @ hand.T @ down]
+    return np.hstack(
+        [
+            gq.gravity_tasks(obj.mass_kg, np.zeros(3), weight, TASK_RADIUS, TASK_SAMPLES)
+            for weight in weights
+        ]
+    )

@@ -18,6 +18,8 @@ class TactileSnapshot:
         motor_torques: motor torques (7,) [N m].
         object_pose_hand: pose of the object in the palm frame, x y z qw qx qy qz (7,).
         hand_pose_world: pose of the palm in the world (7,).
+        gravity: directions of the weight in the object's frame, as the setting ``gravity`` says;
+            empty: downward in the world.
     """
 
     proximal: np.ndarray
@@ -26,3 +28,4 @@ class TactileSnapshot:
     motor_torques: np.ndarray
     object_pose_hand: np.ndarray
     hand_pose_world: np.ndarray
+    gravity: str = ""

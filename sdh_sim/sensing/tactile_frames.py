@@ -50,4 +50,5 @@ def take_snapshot(simulation: Simulation, sensor: TactileSensor | None = None) -
         motor_torques=data.actuator_force[scene.motors].copy(),
         object_pose_hand=simulation.object_in_hand(),
         hand_pose_world=poses.body_pose(data, scene.palm),
+        gravity=scene.settings.gravity if scene.settings.support == "none" else "",
     )

@@ -27,14 +27,30 @@ SETTLE = 0.3  # [s] for the hand to find its balance without table or weight
 CAP = 20.0  # loads beyond this many weights are not looked for
 MOMENT_ARM = 0.1  # a pure moment of weight times this arm counts as load 1 [m]
 
-# Force and moment at the centre of mass per unit of load, in the hand frame; down is the world's.
+# Force and moment at the centre of mass per unit of load, in the hand frame.
 DIRECTIONS = {
-    "down": None,
     "+x": (1, 0, 0, 0, 0, 0), "-x": (-1, 0, 0, 0, 0, 0),
     "+y": (0, 1, 0, 0, 0, 0), "-y": (0, -1, 0, 0, 0, 0),
     "+z": (0, 0, 1, 0, 0, 0), "-z": (0, 0, -1, 0, 0, 0),
     "mx": (0, 0, 0, 1, 0, 0), "my": (0, 0, 0, 0, 1, 0), "mz": (0, 0, 0, 0, 0, 1),
 }  # fmt: skip
+
+
+WORLD_DOWN = np.array([0.0, 0.0, -1.0])
+
+
+class _Load(NamedTuple):
+    """What grows in a ramp.
+
+    Attributes:
+        wrench: force and moment at the centre of mass per unit of load, in weights (6,).
+        in_hand: in the axes of the hand; else of the world.
+        carried: of the load applied, what gravity does itself.
+    """
+
+    wrench: np.ndarray
+    in_hand: bool
+    carried: float
 
 
 @dataclass(frozen=True)
@@ -50,7 +66,9 @@ class Failure:
     capped: bool
 
 
-def gravity_factor(simulation: Simulation, start: float, speed: float = 1.0) -> Failure:
+def gravity_factor(
+    simulation: Simulation, start: float, speed: float = 1.0, down: np.ndarray = WORLD_DOWN
+) -> Failure:
     """Scale the object's weight from ``start`` upwards until it gives way (q_sim).
 
     Args:
@@ -58,6 +76,7 @@ def gravity_factor(simulation: Simulation, start: float, speed: float = 1.0) -> 
         start: 1 with the object's weight in the hand; 0 to take the table away and let the
             weight grow from nothing.
         speed: factor on the rates of the ramps, to show that they do not matter.
+        down: direction of the weight in the world (3,), of length 1.
 
     Returns:
         load: the factor, 0 when the object moves even without weight.
@@ -66,20 +85,22 @@ def gravity_factor(simulation: Simulation, start: float, speed: float = 1.0) -> 
         Diverged: the simulation did.
     """
     simulation.phase = "load"
+    by_gravity = 1.0 if simulation.scene.model.opt.gravity.any() else 0.0
+    load = _Load(np.concatenate((down, np.zeros(3))), False, by_gravity)
     if start > 0.0:
-        return _two_ramps(simulation, "down", start, start, speed)
+        return _two_ramps(simulation, load, start, speed)
     with simulation.without_table():
-        _apply(simulation, "down", 0.0 - 1.0)
+        _apply(simulation, load, 0.0)
         before = simulation.object_in_hand()
         simulation.wait(SETTLE)
         taken = _Limit(before, *TAKEN_LIMITS)
         if taken.exceeded(simulation):
             return Failure(0.0, False)
-        return _two_ramps(simulation, "down", 0.0, 1.0, speed, taken)
+        return _two_ramps(simulation, load, 0.0, speed, taken)
 
 
 def direction_loads(simulation: Simulation, speed: float = 1.0) -> np.ndarray:
-    """Load at failure along every entry of DIRECTIONS but the first, beside the weight.
+    """Load at failure along every entry of DIRECTIONS, beside the weight.
 
     Args:
         simulation: at rest with the object lifted; left as it came.
@@ -91,9 +112,11 @@ def direction_loads(simulation: Simulation, speed: float = 1.0) -> np.ndarray:
     simulation.phase = "load"
     state, loads = simulation.save(), []
     weight = simulation.scene.obj.mass_kg * GRAVITY
-    for name in list(DIRECTIONS)[1:]:
+    for name, direction in DIRECTIONS.items():
         simulation.restore(state)
-        result = _two_ramps(simulation, name, 0.0, 0.0, speed)
+        wrench = np.array(direction, dtype=float)
+        wrench[3:] *= MOMENT_ARM
+        result = _two_ramps(simulation, _Load(wrench, True, 0.0), 0.0, speed)
         unit = weight * MOMENT_ARM if name.startswith("m") else weight
         loads.append(math.inf if result.capped else result.load * unit)
     simulation.restore(state)
@@ -119,66 +142,53 @@ class _Limit(NamedTuple):
 
 
 def _two_ramps(
-    simulation: Simulation,
-    name: str,
-    start: float,
-    carried: float,
-    speed: float,
-    limit: _Limit | None = None,
+    simulation: Simulation, load: _Load, start: float, speed: float, limit: _Limit | None = None
 ) -> Failure:
     """A quick ramp finds where to look, a slow one from shortly before it finds the load.
 
     Args:
         simulation: with the object in the hand.
-        name: key of DIRECTIONS.
+        load: what grows.
         start: load at the beginning.
-        carried: of the load applied, what gravity does itself.
         speed: factor on both rates.
         limit: what counts as giving way; None counts from here, for a grasp that holds its weight.
     """
     limit = limit or _Limit(simulation.object_in_hand(), *HELD_LIMITS)
     states = [(start, simulation.save())]
-    coarse = _ramp(simulation, name, start, carried, COARSE * speed, limit, states)
+    coarse = _ramp(simulation, load, start, COARSE * speed, limit, states)
     if coarse.capped:
         return coarse
     before = [s for s in states if s[0] <= STEP_BACK * coarse.load]
-    load, state = max(before, default=states[0], key=lambda s: s[0])
+    lower, state = max(before, default=states[0], key=lambda s: s[0])
     simulation.restore(state)
-    return _ramp(simulation, name, load, carried, FINE * speed, limit, None)
+    return _ramp(simulation, load, lower, FINE * speed, limit, None)
 
 
 def _ramp(
     simulation: Simulation,
-    name: str,
-    load: float,
-    carried: float,
+    load: _Load,
+    size: float,
     rate: float,
     limit: _Limit,
     states: list[tuple[float, np.ndarray]] | None,
 ) -> Failure:
     """Let the load grow until the object gives way; ``states`` takes states on the way."""
-    while load < CAP:
-        load += rate * max(load, 1.0) * simulation.tick_time
-        _apply(simulation, name, load - carried)
+    while size < CAP:
+        size += rate * max(size, 1.0) * simulation.tick_time
+        _apply(simulation, load, size)
         simulation.tick()
         if limit.exceeded(simulation):
-            return Failure(load, False)
-        if states is not None and load > 1.05 * states[-1][0] + 0.02:
-            states.append((load, simulation.save()))
+            return Failure(size, False)
+        if states is not None and size > 1.05 * states[-1][0] + 0.02:
+            states.append((size, simulation.save()))
     return Failure(CAP, True)
 
 
-def _apply(simulation: Simulation, name: str, load: float) -> None:
+def _apply(simulation: Simulation, load: _Load, size: float) -> None:
     """Put a load on the object's centre of mass [weights]."""
     data, scene = simulation.data, simulation.scene
-    weight = scene.obj.mass_kg * GRAVITY * load
-    wrench = data.xfrc_applied[scene.object_body]
-    wrench[:] = 0.0
-    direction = DIRECTIONS[name]
-    if direction is None:
-        wrench[2] = -weight
-        return
-    hand = data.xquat[scene.palm]
-    unit = np.array(direction, dtype=float) * weight
-    unit[3:] *= MOMENT_ARM
-    wrench[:3], wrench[3:] = rotate(hand, unit[:3]), rotate(hand, unit[3:])
+    unit = load.wrench * (scene.obj.mass_kg * GRAVITY * (size - load.carried))
+    if load.in_hand:
+        hand = data.xquat[scene.palm]
+        unit = np.concatenate((rotate(hand, unit[:3]), rotate(hand, unit[3:])))
+    data.xfrc_applied[scene.object_body] = unit

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from sdh_sim.analysis.proportion import Proportion
@@ -43,12 +41,9 @@ def perturbed(scene: Scene, motion: MotionPlan, rng: np.random.Generator) -> Mot
     """
     settings, grasp = scene.settings, motion.grasp
     for _ in range(DRAWS):
-        moved = replace(
-            grasp,
-            offset=grasp.offset + settings.repeat_position * rng.standard_normal(3),
-            roll=grasp.roll + settings.repeat_angle * float(rng.standard_normal()),
-        )
-        found = try_grasp(scene, moved)
+        offset = settings.repeat_position * rng.standard_normal(3)
+        roll = settings.repeat_angle * float(rng.standard_normal())
+        found = try_grasp(scene, grasp.moved(offset, roll))
         if isinstance(found, MotionPlan):
             return found
     return None

@@ -8,23 +8,35 @@ from collections.abc import Iterable
 import numpy as np
 
 from sdh_sim.cell import Observer, Scene, Simulation, scene_of
-from sdh_sim.errors import Diverged
-from sdh_sim.grasping import MotionPlan, acquire, place, plan_motion
+from sdh_sim.errors import Diverged, InfeasibleGrasp
+from sdh_sim.grasping import (
+    GraspPlan,
+    Infeasible,
+    MotionPlan,
+    acquire,
+    place,
+    plan_given,
+    plan_motion,
+)
 from sdh_sim.metrics import Prediction, predict, user_metrics
+from sdh_sim.poses import rotation_of
 from sdh_sim.records import TrialRow
 from sdh_sim.sensing import (
     TactileFrames,
     TactileSensor,
     TactileSnapshot,
     add_tracking_error,
+    directions_of,
     take_snapshot,
+    unit_vector,
 )
 from sdh_sim.sensing.tactile_sensor import PRESETS
-from sdh_sim.settings import TrialSettings
+from sdh_sim.settings import GRAVITY_DIRECTIONS, TrialSettings
 from sdh_sim.trial import load_test
 from sdh_sim.trial.disturbance import disturb
 from sdh_sim.trial.lift import lift
 from sdh_sim.trial.outcome import Motion, classify
+from sdh_sim.trial.weigh import weigh
 
 # Random streams of a trial beside the plan's own, so that an option changes nothing else.
 _SENSOR, _TRACKING = 1, 2
@@ -33,19 +45,20 @@ _SENSOR, _TRACKING = 1, 2
 class Trial:
     """One grasp-and-lift, step by step; settings and seed decide it completely.
 
-    ``acquire``, ``snapshot``, ``lift``, ``disturb``, ``load`` and ``load_directions`` are called in
-    that order, each where it is wanted; ``run`` calls those that the settings ask for. What each
-    finds out is kept in ``row``.
+    ``acquire``, ``snapshot``, ``lift`` (without a table ``weigh``), ``disturb``, ``load`` and
+    ``load_directions`` are called in that order, each where it is wanted; ``run`` calls those that
+    the settings ask for. What each finds out is kept in ``row``.
 
     Args:
         settings: object, torque limits and so on.
         seed: of everything random in the trial.
+        plan: a given grasp; None draws one from the seed.
         scene: to run in; None takes the one of the settings.
-        motion: to run; None draws one from the seed.
+        motion: to run; None finds that of the grasp.
         observers: of the simulation; they change nothing.
 
     Attributes:
-        settings, seed, scene, motion: as above.
+        settings, seed, scene: as above.
         simulation: the scene in motion.
         row: what is known so far.
         prediction: what the metrics say; None before the snapshot.
@@ -53,20 +66,30 @@ class Trial:
 
     Raises:
         SettingsError: no such object.
+        NoFeasibleGrasp: none could be drawn.
     """
 
     def __init__(
         self,
         settings: TrialSettings,
-        seed: int,
+        seed: int = 0,
         *,
+        plan: GraspPlan | None = None,
         scene: Scene | None = None,
         motion: MotionPlan | None = None,
         observers: Iterable[Observer] = (),
     ) -> None:
         self.settings, self.seed = settings, seed
         self.scene = scene or scene_of(settings)
-        self.motion = motion or plan_motion(self.scene, np.random.default_rng(seed))
+        self.plan = plan
+        found: MotionPlan | Infeasible
+        if motion is not None:
+            found = motion
+        elif plan is not None:
+            found = plan_given(self.scene, plan)
+        else:
+            found = plan_motion(self.scene, np.random.default_rng(seed))
+        self._found = found
         self.simulation = Simulation(self.scene, observers)
         self.prediction: Prediction | None = None
         self.diverged: dict[str, np.ndarray] | None = None
@@ -74,10 +97,23 @@ class Trial:
         self._sensor = TactileSensor(PRESETS[settings.sensor], self._rng(_SENSOR))
         self._grasped: np.ndarray | None = None
         self._lifted: np.ndarray | None = None
-        self._now: np.ndarray | None = None  # which of the two the simulation is at, if any
+        self._weighed: dict[str, np.ndarray] = {}
+        self._now: np.ndarray | None = None  # which of these the simulation is at, if any
 
     def _rng(self, stream: int) -> np.random.Generator:
         return np.random.default_rng((self.seed, stream))
+
+    @property
+    def infeasible(self) -> Infeasible | None:
+        """Why the given grasp cannot be tried; None where it can."""
+        return self._found if isinstance(self._found, Infeasible) else None
+
+    @property
+    def motion(self) -> MotionPlan:
+        """The grasp with the motion to it; raises InfeasibleGrasp where a given one has none."""
+        if isinstance(self._found, Infeasible):
+            raise InfeasibleGrasp(f"the grasp cannot be tried: {self._found.reason}")
+        return self._found
 
     def place(self) -> None:
         """The beginning: the object on the table, the open hand before it."""
@@ -89,6 +125,8 @@ class Trial:
         with self.simulation.observed_by(TactileFrames(self._sensor)):
             acquire(self.simulation, self.motion)
         self._grasped = self._now = self.simulation.save()
+        object_quat = self.simulation.data.xquat[self.scene.object_body]
+        self._grasped_rotation = rotation_of(object_quat)
 
     @property
     def touched(self) -> bool:
@@ -123,6 +161,28 @@ class Trial:
         self._lifted = self._now = self.simulation.save()
         return motion
 
+    def weigh(self, direction: str) -> Motion:
+        """Put the weight into the hand after ``acquire``, in a scene without a table.
+
+        Args:
+            direction: of the weight, a member of ``GRAVITY_DIRECTIONS``.
+
+        Returns:
+            the motion in the hand since then.
+
+        Raises:
+            Diverged: the simulation did.
+        """
+        self._go_to(self._grasped)
+        before = self.simulation.object_in_hand()
+        motion = weigh(self.simulation, self._down(direction), before)
+        self._weighed[direction] = self._now = self.simulation.save()
+        return motion
+
+    def _down(self, direction: str) -> np.ndarray:
+        """Direction in the world (3,) of a weight along one of the grasped object's axes."""
+        return self._grasped_rotation @ unit_vector(direction)
+
     def disturb(self) -> Motion:
         """Turn or shake the lifted hand, as the settings say; raises Diverged."""
         self._go_to(self._lifted)
@@ -132,19 +192,24 @@ class Trial:
         self.row.disturbance_rotation_deg = motion.rotation_deg
         return motion
 
-    def load(self, held: bool, speed: float = 1.0) -> load_test.Failure:
+    def load(
+        self, held: bool, speed: float = 1.0, direction: str | None = None
+    ) -> load_test.Failure:
         """Scale the object's weight until it gives way (q_sim).
 
         Args:
-            held: go on from the lifted object; otherwise from the grasp on the table, which is
+            held: go on from the lifted (or weighed) object; otherwise from the grasp, the table
                 taken away, with no weight at first.
             speed: factor on the rates at which the load grows.
+            direction: of the weight in a scene without a table, as ``weigh`` takes it.
 
         Raises:
             Diverged: the simulation did.
         """
-        self._go_to(self._lifted if held else self._grasped)
-        result = load_test.gravity_factor(self.simulation, 1.0 if held else 0.0, speed)
+        loaded = self._lifted if direction is None else self._weighed.get(direction)
+        self._go_to(loaded if held else self._grasped)
+        down = load_test.WORLD_DOWN if direction is None else self._down(direction)
+        result = load_test.gravity_factor(self.simulation, 1.0 if held else 0.0, speed, down)
         self.row.q_sim, self.row.q_sim_capped = result.load, result.capped
         return result
 
@@ -180,15 +245,49 @@ class Trial:
             self.acquire()
             if not self.touched:
                 return "no_contact", Motion(math.nan, math.nan, True)
+            if self.settings.support == "none":
+                return self._weigh_all(loaded=False)
             motion = self.lift()
         except Diverged:
             return "unstable_simulation", Motion(math.nan, math.nan, True)
         return classify(motion), motion
 
+    def _weigh_all(self, loaded: bool) -> tuple[str, Motion]:
+        """Weigh along every direction of the settings, and where asked load until it gives way.
+
+        Returns:
+            the first failure in the order of the directions (``none``: all hold), and the largest
+            motion.
+        """
+        moved, turned, factors = np.full((3, len(GRAVITY_DIRECTIONS)), np.nan)
+        failure, fell = "none", False
+        for direction in directions_of(self.settings.gravity):
+            at = GRAVITY_DIRECTIONS.index(direction)
+            motion = self.weigh(direction)
+            moved[at], turned[at] = motion.displacement_mm, motion.rotation_deg
+            fell |= motion.fell
+            own = classify(motion)
+            failure = own if failure == "none" else failure
+            if loaded:
+                factors[at] = self.load(own == "none", direction=direction).load
+        row = self.row
+        row.direction_displacement_mm, row.direction_rotation_deg = moved, turned
+        motion = Motion(float(np.nanmax(moved)), float(np.nanmax(turned)), fell)
+        row.displacement_mm, row.rotation_deg = motion[:2]
+        if loaded:
+            row.direction_q_sim = factors
+            row.q_sim = float(np.nanmin(factors))
+            row.q_sim_capped = row.q_sim >= load_test.CAP
+        return failure, motion
+
     def run(self) -> TrialRow:
         """The whole trial, but for its copies; columns of what did not happen stay None."""
         row = self.row
         self._describe()
+        if self.infeasible is not None:
+            row.failure, row.success = "infeasible", False
+            row.infeasible_reason = self.infeasible.reason
+            return row
         try:
             row.failure = self._to_verdict()
         except Diverged:
@@ -208,6 +307,8 @@ class Trial:
             if loaded:
                 self.row.q_sim, self.row.q_sim_capped = 0.0, False
             return "no_contact"
+        if self.settings.support == "none":
+            return self._weigh_all(loaded)[0]
         failure = classify(self.lift())
         held = failure == "none"
         if held and self.settings.disturbance != "none":
@@ -220,12 +321,20 @@ class Trial:
 
     def _describe(self) -> None:
         """What the row says of the object, the limits and the plan."""
-        row, obj, motion, grasp = self.row, self.scene.obj, self.motion, self.motion.grasp
+        row, obj = self.row, self.scene.obj
         row.mass_kg, row.friction = obj.mass_kg, obj.friction
         row.torque_limit_nm = self.simulation.limits
-        row.approach, row.preshape = grasp.approach, grasp.preshape
-        row.plan_azimuth_rad, row.plan_roll_rad = grasp.azimuth, grasp.roll
-        row.plan_tilt_rad = grasp.tilt
-        row.plan_height_m, row.plan_depth_m = grasp.height, grasp.depth
-        row.plan_offset_m, row.object_yaw_rad = grasp.offset, grasp.object_yaw
-        row.resampled_unreachable, row.resampled_colliding = motion.unreachable, motion.colliding
+        row.gravity = self.settings.gravity if self.settings.support == "none" else None
+        if isinstance(self._found, Infeasible):
+            return
+        grasp, drawn = self._found.grasp, self._found.grasp.drawn
+        row.preshape, row.object_yaw_rad = grasp.closing.name or None, grasp.object_yaw
+        if drawn is None:
+            return
+        row.approach = drawn.approach
+        row.plan_azimuth_rad, row.plan_roll_rad = drawn.azimuth, drawn.roll
+        row.plan_tilt_rad = drawn.tilt
+        row.plan_height_m, row.plan_depth_m = drawn.height, drawn.depth
+        row.plan_offset_m = drawn.offset
+        row.resampled_unreachable = self._found.unreachable
+        row.resampled_colliding = self._found.colliding

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sdh_sim.grasping import GraspPlan
 from sdh_sim.records import TrialRow
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial.repeats import repeat_trial
@@ -35,25 +36,31 @@ class TrialResult:
     diverged: dict[str, np.ndarray] | None = None
 
 
-def run_trial(settings: TrialSettings, seed: int, log: bool = False) -> TrialResult:
+def run_trial(
+    settings: TrialSettings, seed: int, log: bool = False, plan: GraspPlan | None = None
+) -> TrialResult:
     """Run one trial; settings and seed decide it completely, a log changes nothing.
 
     Args:
         settings: object, torque limits and so on.
         seed: of everything random in the trial.
         log: keep poses, tactile arrays and torques at 30 Hz.
+        plan: a given grasp; None draws one from the seed.
 
     Raises:
         SettingsError: no such object.
+        NoFeasibleGrasp: none could be drawn.
     """
     begin = time.perf_counter()
     writer = LogWriter() if log else None
-    trial = Trial(settings, seed, observers=() if writer is None else (writer,))
+    trial = Trial(settings, seed, plan=plan, observers=() if writer is None else (writer,))
     row = trial.run()
-    if settings.repeats:
+    if settings.repeats and trial.infeasible is None:
         share = repeat_trial(trial, np.random.default_rng((seed, _REPEATS)))
         row.repeats, row.success_probability = share.n, share.value
         row.success_low, row.success_high = share.interval or (None, None)
-    record = None if writer is None else writer.finish(trial.scene, row, trial.prediction)
+    record = None
+    if writer is not None and trial.infeasible is None:
+        record = writer.finish(trial.scene, row, trial.prediction)
     seconds = time.perf_counter() - begin
     return TrialResult(row, record, trial.simulation.time, seconds, trial.diverged)

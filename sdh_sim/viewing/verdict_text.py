@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 import graspq as gq
+from sdh_sim.records import TrialRow
 from sdh_sim.trial import TrialLog
 from sdh_sim.viewing.style import FORCE_SCALE, LIMIT_SCALE
 
@@ -43,9 +44,7 @@ def verdict_markdown(log: TrialLog, least: gq.ContactForces | None) -> str:
         ("contacts, g*", contacts),
         ("forces of least effort for the weight", forces),
         ("torque limit", f"{limit[0]:.3f} N m, distal {limit[1]:.3f} N m"),
-        ("plan", f"{row['approach']}, {row['preshape']}, height {row['plan_height_m'] * 1e3:.0f} "
-                 f"mm, roll {math.degrees(row['plan_roll_rad']):.0f}°, "
-                 f"tilt {math.degrees(row['plan_tilt_rad']):.0f}°"),
+        ("plan", _plan(row)),
     ]  # fmt: skip
     table = [f"| {name} | {text} |" for name, text in facts]
     lines = [f"## {outcome}", "", table[0], "|---|---|", *table[1:]]
@@ -59,6 +58,19 @@ def verdict_markdown(log: TrialLog, least: gq.ContactForces | None) -> str:
         "the weight (red).",
     ]
     return "\n".join(lines)
+
+
+def _plan(row: TrialRow) -> str:
+    """How the hand went to the object."""
+    if row.approach is None:  # a given grasp
+        return f"given, preshape {row.preshape or 'of its own'}"
+    assert row.plan_height_m is not None
+    assert row.plan_roll_rad is not None
+    assert row.plan_tilt_rad is not None
+    return (
+        f"{row.approach}, {row.preshape}, height {row.plan_height_m * 1e3:.0f} mm, "
+        f"roll {math.degrees(row.plan_roll_rad):.0f}°, tilt {math.degrees(row.plan_tilt_rad):.0f}°"
+    )
 
 
 def _number(value: float | None, unit: str = "") -> str:

@@ -8,7 +8,7 @@ import pytest
 
 from sdh_sim.cell import build_scene
 from sdh_sim.grasping import FingerControl
-from sdh_sim.robot import preshape_angles, torque_limits
+from sdh_sim.robot import preshape_closing, torque_limits
 from sdh_sim.settings import TrialSettings
 from tests.support import taxel_press as sdh_press
 
@@ -22,12 +22,12 @@ SPREAD, F2_PROXIMAL, F2_DISTAL, T_PROXIMAL, T_DISTAL, F1_PROXIMAL, F1_DISTAL = r
 
 
 def control(preshape: str = "parallel", ratio: float = 0.2) -> FingerControl:
-    return FingerControl(preshape, ratio, LIMITS, STIFFNESS, DAMPING)
+    return FingerControl(preshape_closing(preshape), ratio, LIMITS, STIFFNESS, DAMPING)
 
 
 def test_it_starts_at_the_preshape():
     fingers = control("spherical", 0.3)
-    assert fingers.reference == pytest.approx(preshape_angles("spherical", 0.3))
+    assert fingers.reference == pytest.approx(preshape_closing("spherical").angles(0.3))
     assert not fingers.closed
     assert not fingers.settled
 
@@ -37,7 +37,7 @@ def test_free_fingers_close_at_their_rate_until_fully_closed():
     for _ in range(100):
         fingers.close(NOTHING, 0.01)
     assert fingers.ratio == pytest.approx(np.full(3, 0.8))  # 0.6 per second
-    assert fingers.reference == pytest.approx(preshape_angles("parallel", 0.8))
+    assert fingers.reference == pytest.approx(preshape_closing("parallel").angles(0.8))
     assert not fingers.closed
     for _ in range(40):
         fingers.close(NOTHING, 0.01)
@@ -106,7 +106,9 @@ def test_weak_motors_are_not_stopped_by_what_moving_takes(limit, stall):
     # A phalanx closes by 82 degrees over the ratio, at 0.6 a second: 0.05 N m s/rad take 0.0429 N m
     # of its motor, and three times that is 0.1288.
     def stopped(torque: float) -> bool:
-        fingers = FingerControl("parallel", 0.2, np.full(7, limit), STIFFNESS, DAMPING)
+        fingers = FingerControl(
+            preshape_closing("parallel"), 0.2, np.full(7, limit), STIFFNESS, DAMPING
+        )
         torques = np.zeros(7)
         torques[T_DISTAL] = torque
         fingers.close(torques, 0.01)
@@ -151,7 +153,7 @@ def test_squeeze_ramps_to_a_quarter_more_than_the_limit():
     asked = STIFFNESS * (fingers.reference - held)
     assert asked[[F2_PROXIMAL, T_PROXIMAL, F1_PROXIMAL]] == pytest.approx(np.full(3, 2.0))
     # The others keep their references: spread and, with this preshape, the distal joints.
-    kept = preshape_angles("parallel", 0.5)
+    kept = preshape_closing("parallel").angles(0.5)
     rest = [SPREAD, F2_DISTAL, T_DISTAL, F1_DISTAL]
     assert fingers.reference[rest] == pytest.approx(kept[rest])
 
@@ -182,7 +184,7 @@ def test_a_squeezing_motor_gives_its_limit_and_no_more():
     data = sdh_press.against_thumb_proximal(scene)
     limits = torque_limits(scene.settings.torque_limit)
     kp = scene.model.actuator_gainprm[scene.motors, 0]
-    fingers = FingerControl("parallel", 0.5, limits, kp, DAMPING)
+    fingers = FingerControl(preshape_closing("parallel"), 0.5, limits, kp, DAMPING)
     start = data.qpos[scene.motor_qpos].copy()
     peak = np.zeros(7)
     for _ in range(100):

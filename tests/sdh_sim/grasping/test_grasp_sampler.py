@@ -8,13 +8,13 @@ import math
 import numpy as np
 import pytest
 
-from sdh_sim.grasping import GraspPlan, sample_grasp
+from sdh_sim.grasping import RandomGrasp, sample_grasp
 from sdh_sim.grasping import grasp_sampler as grasps
 from sdh_sim.objects import ObjectInfo, Spread, object_info, object_names
 from sdh_sim.robot.sdh2_constants import PRESHAPES
 
 
-def draw(obj: ObjectInfo, count: int, seed: int = 0) -> list[GraspPlan]:
+def draw(obj: ObjectInfo, count: int, seed: int = 0) -> list[RandomGrasp]:
     rng = np.random.default_rng(seed)
     return [sample_grasp(obj, rng) for _ in range(count)]
 
@@ -23,8 +23,8 @@ def exact(monkeypatch, name: str, side: float, wide: float) -> None:
     monkeypatch.setitem(grasps.SPREADS, name, Spread(side, wide, 0.0, 0.0))
 
 
-def plan(**changes) -> GraspPlan:
-    base = GraspPlan("side", "parallel", 0.0, 0.0, 0.0, 0.1, 0.2, np.zeros(3), 0.0)
+def plan(**changes) -> RandomGrasp:
+    base = RandomGrasp("side", "parallel", 0.0, 0.0, 0.0, 0.1, 0.2, np.zeros(3), 0.0)
     return dataclasses.replace(base, **changes)
 
 
@@ -33,7 +33,7 @@ def test_the_generator_alone_decides(name):
     obj = object_info(name)
     first, again, other = draw(obj, 30), draw(obj, 30), draw(obj, 30, seed=1)
     for a, b in zip(first, again, strict=True):
-        for field in dataclasses.fields(GraspPlan):
+        for field in dataclasses.fields(RandomGrasp):
             assert np.array_equal(getattr(a, field.name), getattr(b, field.name))
     assert any(a.azimuth != b.azimuth for a, b in zip(first, other, strict=True))
 

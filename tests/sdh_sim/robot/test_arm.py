@@ -8,8 +8,8 @@ import pytest
 
 from sdh_sim.cell import build_scene
 from sdh_sim.robot import ArmKinematics, along
-from sdh_sim.robot import arm as arm_module
 from sdh_sim.robot.arm import arm_speed_limit
+from sdh_sim.robot.palm_motion import SPEED_SHARE
 from sdh_sim.settings import TrialSettings
 
 DOWN = np.array([[1.0, 0, 0], [0, -1, 0], [0, 0, -1]])  # the palm over the table, facing it
@@ -157,7 +157,7 @@ def test_duration_by_hand(arm):
     path = np.zeros((3, 6))
     path[:, 0] = (0.0, 0.5, 1.0)
     assert arm.duration(path, 0.1) == pytest.approx(0.477465, abs=1e-6)
-    assert arm_module.SPEED_SHARE == 0.9
+    assert SPEED_SHARE == 0.9
 
 
 def test_along_is_minimum_jerk():

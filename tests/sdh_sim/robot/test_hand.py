@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from sdh_sim.model_files import models_dir
-from sdh_sim.robot import HandKinematics, hand, pads
+from sdh_sim.robot import HandKinematics, hand, pads, preshape_closing
 
 # Motors: spread, finger 2 proximal and distal, thumb the same, finger 1 the same [deg]; the
 # body; its origin in the palm frame [mm]; its x and z axes. sin 30 = cos 60 = .5,
@@ -224,14 +224,14 @@ def test_taxel_centres_match_the_published_ones():
 )
 def test_preshapes(preshape, ratio, spread, proximal, distal):
     expected = [spread, proximal, distal, proximal, distal, proximal, distal]
-    assert np.degrees(hand.preshape_angles(preshape, ratio)) == pytest.approx(expected)
+    assert np.degrees(preshape_closing(preshape).angles(ratio)) == pytest.approx(expected)
 
 
 def test_preshape_takes_a_ratio_for_each_finger():
     # Fingers in the order finger 1, finger 2, thumb; motors begin with finger 2.
-    angles = np.degrees(hand.preshape_angles("cylindrical", [0.0, 0.5, 1.0]))
+    angles = np.degrees(preshape_closing("cylindrical").angles([0.0, 0.5, 1.0]))
     assert angles == pytest.approx([0, -15, 47.5, 0, 65, -30, 30])
 
 
 def test_preshapes_stay_inside_the_joint_limits():
-    assert np.degrees(hand.preshape_angles("cylindrical", 3.0))[2] == pytest.approx(90.0)
+    assert np.degrees(preshape_closing("cylindrical").angles(3.0))[2] == pytest.approx(90.0)

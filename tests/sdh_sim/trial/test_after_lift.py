@@ -38,7 +38,7 @@ def test_turning_goes_120_degrees_either_way_and_comes_back():
 def test_shaking_moves_the_hand_by_20_mm_along_its_x():
     scene = build_scene(BOTTLE)
     simulation, start = Simulation(scene), np.array([0.0, 0.4, 0.8, 0.0, 0.4, 0.3])
-    arm = disturbance.arm_kinematics()
+    arm = disturbance.palm_motion_of("servo")
     position, rotation = arm.palm_pose(start)
     path = [arm.palm_pose(r)[0] - position for r in disturbance._shake(start, simulation)]
     along = np.array(path) @ rotation

@@ -11,10 +11,10 @@ import pytest
 
 from sdh_sim import records
 from sdh_sim.cell import HAND_GEOM, OBJECT_GEOM, Scene, build_scene
-from sdh_sim.grasping import GraspPlan, MotionPlan, try_grasp
+from sdh_sim.grasping import MotionPlan, RandomGrasp, try_grasp
 from sdh_sim.objects import object_info
 from sdh_sim.records import TrialRow
-from sdh_sim.robot import HandKinematics, preshape_angles
+from sdh_sim.robot import HandKinematics, preshape_closing
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import Trial, TrialResult, run_trial
 
@@ -122,7 +122,7 @@ def test_hand_is_in_the_scene_as_in_its_kinematics():
     data = mujoco.MjData(scene.model)
     rng = np.random.default_rng(0)
     for preshape in ("parallel", "spherical"):
-        angles = preshape_angles(preshape, rng.uniform(0, 1, 3))
+        angles = preshape_closing(preshape).angles(rng.uniform(0, 1, 3))
         data.qpos[scene.motor_qpos] = angles
         data.qpos[scene.coupled_qpos] = angles[0]
         data.qpos[scene.arm_qpos] = rng.uniform(-1, 1, 6)
@@ -189,10 +189,10 @@ def test_a_frictionless_object_is_never_lifted(name, seed):
 
 
 PLAIN = [
-    GraspPlan("side", "parallel", -0.3, 0.0, 0.1, 0.10, 0.21, np.zeros(3), 0.0),
-    GraspPlan("side", "cylindrical", 0.2, math.pi, 0.15, 0.10, 0.19, np.zeros(3), 0.0),
-    GraspPlan("top", "centrical", 0.4, 0.0, 0.0, 0.15, 0.21, np.zeros(3), 0.0),
-    GraspPlan("top", "spherical", -1.0, 0.0, 0.0, 0.15, 0.20, np.zeros(3), 0.0),
+    RandomGrasp("side", "parallel", -0.3, 0.0, 0.1, 0.10, 0.21, np.zeros(3), 0.0),
+    RandomGrasp("side", "cylindrical", 0.2, math.pi, 0.15, 0.10, 0.19, np.zeros(3), 0.0),
+    RandomGrasp("top", "centrical", 0.4, 0.0, 0.0, 0.15, 0.21, np.zeros(3), 0.0),
+    RandomGrasp("top", "spherical", -1.0, 0.0, 0.0, 0.15, 0.20, np.zeros(3), 0.0),
 ]
 
 
@@ -203,7 +203,7 @@ def test_a_huge_torque_on_a_light_object_always_lifts(plan):
     scene.model.body_mass[scene.object_body] *= 0.2
     scene.model.body_inertia[scene.object_body] *= 0.2
     light = dataclasses.replace(scene.obj, mass_kg=0.2 * scene.obj.mass_kg)
-    motion = try_grasp(scene, plan)
+    motion = try_grasp(scene, plan.plan())
     assert isinstance(motion, MotionPlan)
     row = row_of(dataclasses.replace(scene, obj=light), 0, motion)
     assert row["failure"] == "none"
