@@ -4,6 +4,10 @@ A grasp is predicted to succeed when q* > 1, as in section IV-B of the paper. Tr
 as ``unstable_simulation`` or ``error`` have no outcome to compare with: they are left out and
 counted. A trial without q* (no pad had a reading, or no solution was found) counts as q* = 0, a
 predicted failure; leaving such trials out would make the metric look better than it is.
+
+A hand that never touches the object (``no_contact``) has q* = 0 and fails: every metric predicts
+that, and many such trials make all of them look good. So they are counted apart, and the accuracy
+is given without them, too.
 """
 
 from __future__ import annotations
@@ -39,6 +43,7 @@ NAMES = {
     "volume_l1": "V L1",
 }
 THRESHOLD = 1.0
+CARRIED = 0.05  # of accuracy that trials without contact may add before a warning says so
 
 
 def name_of(metric: str) -> str:
@@ -58,6 +63,8 @@ class Comparison:
         tn, fn: trials predicted to fail that did; that succeeded.
         auc: area under the ROC curve, None where one class is empty.
         auc_interval: its 95 % bootstrap interval, or None.
+        no_contact: trials among them in which the hand did not touch the object.
+        no_contact_right: those of them that were predicted to fail.
         missing: trials without the metric; see ``drops_missing`` for what becomes of them.
         unstable: trials left out because the simulation was unstable or broke off.
     """
@@ -71,6 +78,8 @@ class Comparison:
     fn: int
     auc: float | None
     auc_interval: tuple[float, float] | None
+    no_contact: int
+    no_contact_right: int
     missing: int
     unstable: int
 
@@ -88,6 +97,20 @@ class Comparison:
     def accuracy(self) -> Proportion:
         """Share of trials predicted correctly."""
         return Proportion(self.tp + self.tn, self.n)
+
+    @property
+    def accuracy_touching(self) -> Proportion:
+        """Share predicted correctly of the trials in which the hand touched the object."""
+        right = self.tp + self.tn - self.no_contact_right
+        return Proportion(right, self.n - self.no_contact)
+
+    @property
+    def carried(self) -> bool:
+        """Whether trials without contact make the accuracy look much better than it is."""
+        with_them, without = self.accuracy.value, self.accuracy_touching.value
+        if not self.no_contact or with_them is None:
+            return False
+        return without is None or with_them - without > CARRIED
 
     @property
     def true_positive_rate(self) -> Proportion:
@@ -161,6 +184,7 @@ def compare_scores(
     group: str = "overall",
     metric: str = "q_linf",
     threshold: float = THRESHOLD,
+    no_contact: np.ndarray | None = None,
     unstable: int = 0,
     drop_missing: bool = False,
 ) -> Comparison:
@@ -170,15 +194,17 @@ def compare_scores(
         scores: (n,) the metric; NaN where a trial has none, counted as 0.
         success: (n,) bool, the outcomes.
         group, metric, threshold, unstable: see ``Comparison``.
+        no_contact: (n,) bool, trials in which the hand did not touch the object; None: none.
         drop_missing: leave trials without the metric out instead.
     """
     success = np.asarray(success, dtype=bool)
     scores = np.asarray(scores, dtype=float)
     if scores.shape != success.shape or scores.ndim != 1:
         raise ValueError(f"scores {scores.shape} and success {success.shape} must be (n,) both")
+    apart = np.zeros(len(success), dtype=bool) if no_contact is None else np.asarray(no_contact)
     missing = np.isnan(scores)
     if drop_missing:
-        scores, success = scores[~missing], success[~missing]
+        scores, success, apart = scores[~missing], success[~missing], apart[~missing]
     scores = np.nan_to_num(scores, nan=0.0, posinf=np.inf, neginf=-np.inf)
     predicted = scores > threshold
     return Comparison(
@@ -192,6 +218,8 @@ def compare_scores(
         auc=auc(scores, success),
         # Seeded here: the same trials give the same interval, whatever else is compared.
         auc_interval=auc_interval(scores, success, np.random.default_rng(0)),
+        no_contact=int(apart.sum()),
+        no_contact_right=int(np.sum(apart & ~predicted & ~success)),
         missing=int(missing.sum()),
         unstable=unstable,
     )
@@ -225,6 +253,7 @@ def compare_table(
     table = without_surplus(table)
     success = np.array(table.column("success").to_pylist(), dtype=bool)
     unstable = unstable_of(table)
+    no_contact = np.array([f == "no_contact" for f in table.column("failure").to_pylist()], bool)
     scores = {metric: stack(table, metric) for metric in metrics}
     return [
         compare_scores(
@@ -233,6 +262,7 @@ def compare_table(
             group=group,
             metric=metric,
             threshold=above[metric],
+            no_contact=no_contact[members & ~unstable],
             unstable=int(np.sum(members & unstable)),
             drop_missing=drops_missing(metric),
         )
@@ -249,6 +279,7 @@ CSV_HEADER = (
     *("true_negative_rate", "tnr_low", "tnr_high"),
     *("auc", "auc_low", "auc_high"),
     *("tp", "fp", "tn", "fn", "missing_metric", "unstable_excluded"),
+    *("no_contact", "accuracy_touching", "accuracy_touching_low", "accuracy_touching_high"),
 )
 
 
@@ -261,7 +292,9 @@ def csv_values(c: Comparison) -> list[object]:
         found += [rate.value, *(rate.interval or (None, None))]
     found += [c.auc, *(c.auc_interval or (None, None))]
     found += [c.tp, c.fp, c.tn, c.fn] if c.has_boundary else [None] * 4
-    return [*found, c.missing, c.unstable]
+    touching = c.accuracy_touching if c.has_boundary else Proportion(0, 0)
+    found += [c.missing, c.unstable, c.no_contact]
+    return [*found, touching.value, *(touching.interval or (None, None))]
 
 
 def csv_row(c: Comparison) -> list[str]:

@@ -6,6 +6,8 @@ second. It bears force only where the constraint solver has a row for it (``efc_
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import mujoco
 import numpy as np
 
@@ -31,19 +33,32 @@ def robot_touches(scene: Scene, data: mujoco.MjData) -> str:
     return GROUP_NAMES[int(touching[0, 0])] if len(touching) else ""
 
 
-def hand_contacts(scene: Scene, data: mujoco.MjData) -> list[tuple[int, int]]:
-    """What the hand touches, itself included: index of the finger (-1: no finger), group touched.
+class HandContact(NamedTuple):
+    """A contact of the hand.
 
-    Where the hand touches itself the finger is the first of the two that is one.
+    Attributes:
+        finger: index of the finger, -1: no finger. Where the hand touches itself it is that of the
+            first of its two parts that is one.
+        group: of what is touched, an index of GROUP_NAMES.
+        normal: of the contact in the world, in either sense (3,).
     """
-    pairs = data.contact.geom
-    groups, fingers = scene.geom_group[pairs], scene.geom_finger[pairs]
+
+    finger: int
+    group: int
+    normal: np.ndarray
+
+
+def hand_contacts(scene: Scene, data: mujoco.MjData) -> list[HandContact]:
+    """Where the hand touches anything, itself included, bearing force or not."""
+    contact = data.contact
+    groups, fingers = scene.geom_group[contact.geom], scene.geom_finger[contact.geom]
     found = []
     for k in np.flatnonzero((groups == HAND_GEOM).any(axis=1)):
         own = int(groups[k, 0] != HAND_GEOM)  # which of the two geoms is the hand's
         if groups[k, 1 - own] == HAND_GEOM and fingers[k, own] < 0:
             own = 1 - own
-        found.append((int(fingers[k, own]), int(groups[k, 1 - own])))
+        normal = contact.frame[k, :3].copy()
+        found.append(HandContact(int(fingers[k, own]), int(groups[k, 1 - own]), normal))
     return found
 
 

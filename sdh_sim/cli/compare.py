@@ -211,12 +211,34 @@ def notes(results: Sequence[Comparison], runs: Sequence[Path]) -> list[str]:
     last = next(r for r in reversed(results) if r.metric == first.metric)
     if last.missing:
         lines.append(f"{last.missing} trials without q* count as q* = 0, a predicted failure.")
+    lines += contact_notes(results)
     if last.unstable:
         lines.append(
             f"{last.unstable} trials left out: their simulation was unstable or broke off."
         )
     for run in runs:
         lines += _unfinished(run)
+    return lines
+
+
+def contact_notes(results: Sequence[Comparison]) -> list[str]:
+    """The accuracy without the trials in which the hand never touched, where there are some."""
+    lines = []
+    for group in dict.fromkeys(r.group for r in results):
+        own = [r for r in results if r.group == group and r.no_contact and r.has_boundary]
+        if not own:
+            continue
+        shares = ", ".join(f"{name_of(r.metric)} {_percent(r.accuracy_touching)} %" for r in own)
+        lines.append(
+            f"In {own[0].no_contact} of {own[0].n} trials ({group}) the hand did not touch the "
+            f"object (no_contact). Without them {own[0].n - own[0].no_contact} remain, and the "
+            f"accuracy is {shares}."
+        )
+        if any(r.carried for r in own):
+            lines.append(
+                f"warning: {group}: trials without contact carry the accuracy; any metric predicts "
+                "them. Aim better (grasp.offset in object.toml), or go by the numbers without them."
+            )
     return lines
 
 

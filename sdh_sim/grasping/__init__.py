@@ -4,6 +4,7 @@ Other rooms use what is named here.
 """
 
 from sdh_sim.grasping.acquire import acquire
+from sdh_sim.grasping.closing_arc import ClosingArc, closing_arc
 from sdh_sim.grasping.finger_control import FingerControl
 from sdh_sim.grasping.grasp_plan import GraspPlan
 from sdh_sim.grasping.grasp_sampler import RandomGrasp, sample_grasp
@@ -17,12 +18,14 @@ from sdh_sim.grasping.motion_plan import (
 )
 
 __all__ = [
+    "ClosingArc",
     "FingerControl",
     "GraspPlan",
     "Infeasible",
     "MotionPlan",
     "RandomGrasp",
     "acquire",
+    "closing_arc",
     "place",
     "plan_given",
     "plan_motion",

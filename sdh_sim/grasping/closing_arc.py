@@ -5,6 +5,7 @@ Geometry alone decides, without forces: the object stays where it is.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import mujoco
@@ -15,6 +16,7 @@ from sdh_sim.cell.contacts import hand_contacts
 from sdh_sim.cell.scene import GROUP_NAMES
 from sdh_sim.grasping.grasp_plan import GraspPlan
 
+MOST_AXIAL = math.cos(math.radians(45))  # of a normal along the palm's z that a finger presses on
 STEP = 0.03  # of the closing ratio: at most 7 mm at a fingertip
 
 
@@ -24,11 +26,14 @@ class ClosingArc(NamedTuple):
     Attributes:
         blocked_by: what is in the way of a finger before the object stops it, such as
             ``the table`` or ``the hand itself``; empty where nothing is.
-        touches: fingers that the object stops (3,) bool.
+        stopped: fingers that the object stops (3,) bool.
+        sideways: those of them that it stops by a face which they can press on as they close, not
+            one that looks toward the palm (3,) bool.
     """
 
     blocked_by: str
-    touches: np.ndarray
+    stopped: np.ndarray
+    sideways: np.ndarray
 
 
 def closing_arc(scene: Scene, data: mujoco.MjData, plan: GraspPlan, opening: float) -> ClosingArc:
@@ -40,17 +45,20 @@ def closing_arc(scene: Scene, data: mujoco.MjData, plan: GraspPlan, opening: flo
         plan: with the closing.
         opening: closing ratio to begin with, at which nothing touches.
     """
-    ratio, touches = np.full(3, opening), np.zeros(3, dtype=bool)
-    while not touches.all() and ratio[~touches].max() < 1.0:
-        ratio[~touches] = np.minimum(ratio[~touches] + STEP, 1.0)
+    ratio = np.full(3, opening)
+    stopped, sideways = np.zeros((2, 3), dtype=bool)
+    axis = plan.palm_rotation[:, 2]
+    while not stopped.all() and ratio[~stopped].max() < 1.0:
+        ratio[~stopped] = np.minimum(ratio[~stopped] + STEP, 1.0)
         angles = plan.closing.angles(ratio)
         data.qpos[scene.motor_qpos] = angles
         data.qpos[scene.coupled_qpos] = angles[0]
         mujoco.mj_kinematics(scene.model, data)
         mujoco.mj_collision(scene.model, data)
-        for finger, group in hand_contacts(scene, data):
-            if group != OBJECT_GEOM:
-                return ClosingArc(GROUP_NAMES[group], touches)
-            if finger >= 0:
-                touches[finger] = True
-    return ClosingArc("", touches)
+        for contact in hand_contacts(scene, data):
+            if contact.group != OBJECT_GEOM:
+                return ClosingArc(GROUP_NAMES[contact.group], stopped, sideways)
+            if contact.finger >= 0:
+                stopped[contact.finger] = True
+                sideways[contact.finger] |= abs(contact.normal @ axis) < MOST_AXIAL
+    return ClosingArc("", stopped, sideways)

@@ -26,10 +26,9 @@ DEPTH = {"parallel": (0.175, 0.235), "centrical": (0.175, 0.235),
          "cylindrical": (0.15, 0.215), "spherical": (0.15, 0.215)}  # fmt: skip
 PRECISION_DEPTH = (0.205, 0.240)  # fingertips alone: nearer, the object meets the distal joints
 PRECISION_PRESHAPES = ("parallel", "centrical")  # whose distal links stay upright
-# Low objects: the fingertips stay this far above the table, and the pads must bear on the object's
-# uppermost part, this much of it at least [m].
+# Low objects: the fingertips stay this far above the table, and the grasp centre this far above
+# them [m].
 TIP_CLEARANCE, LEAST_HOLD = 0.004, 0.010
-LEAST_DEPTH = 0.005  # of their grasp centre below their top [m]
 # Pads reach this far past an object's near face at most; deeper, the proximal links would bear on
 # its edges.
 REACH_IN = 0.040
@@ -184,11 +183,10 @@ def _above_table(preshape: str, half: float, depth: float, height: float) -> tup
 
 def what_fits(obj: ObjectInfo) -> str:
     """Which objects the hand can take, beside this one's size, for a message."""
-    lowest = 1e3 * (TIP_CLEARANCE + LEAST_HOLD + LEAST_DEPTH)
     widest = 1e3 * fingertip_reach("parallel", 0.0).widest
     return (
         f"it stands {1e3 * obj.height:.0f} mm high and is {2e3 * obj.half_narrow:.0f} x "
-        f"{2e3 * obj.half_wide:.0f} mm wide; the hand takes from above what is at least "
-        f"{lowest:.0f} mm high, from the side at least {1e3 * sum(SIDE_MARGIN):.0f} mm, and closes "
-        f"across {widest:.0f} mm at most"
+        f"{2e3 * obj.half_wide:.0f} mm wide; the hand takes from above what is higher "
+        f"than {1e3 * TIP_CLEARANCE:.0f} mm, from the side what is at least "
+        f"{1e3 * sum(SIDE_MARGIN):.0f} mm high, and closes across {widest:.0f} mm at most"
     )

@@ -138,10 +138,10 @@ def try_grasp(
     arc = closing_arc(scene, data, grasp, opening)
     if arc.blocked_by:
         return Infeasible(COLLIDING, f"a closing finger meets {arc.blocked_by} before the object")
-    if aim is not None and arc.touches.sum() < LEAST_FINGERS:
+    if aim is not None and arc.sideways.sum() < LEAST_FINGERS:
         place(scene, data, grasp, final, opening)
         data.qpos[scene.object_qpos : scene.object_qpos + 3] += rotation @ aim.offset
-        if closing_arc(scene, data, grasp, opening).touches.sum() < LEAST_FINGERS:
+        if closing_arc(scene, data, grasp, opening).sideways.sum() < LEAST_FINGERS:
             return Infeasible(MISSING, "the fingers close past the object")
     lift = arm.straight(final, np.array([0.0, 0.0, LIFT_HEIGHT]))
     if lift is None:

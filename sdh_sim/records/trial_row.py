@@ -18,13 +18,13 @@ from sdh_sim.records.column import Column
 
 FAILURES = (
     *("none", "no_contact", "dropped", "slipped", "rotated"),
-    *("infeasible", "unstable_simulation", "error"),
+    *("unstable_simulation", "error", "infeasible"),
 )
 """How a trial ended. ``none`` is a success. ``infeasible`` (a given grasp is out of reach or in
 collision), ``unstable_simulation`` (the simulation diverged) and ``error`` (the trial raised, or
 its process died, twice) tell nothing about the grasp: comparisons leave them out and count them.
 An ``error`` row has no values but trial, object and seed."""
-NO_TRUTH = ("infeasible", "unstable_simulation", "error")
+NO_TRUTH = ("unstable_simulation", "error", "infeasible")
 """Failures that tell nothing about the grasp."""
 TACTILE_UNIT = "kPa"
 

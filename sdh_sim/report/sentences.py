@@ -40,6 +40,16 @@ def key_sentences(study: Study) -> list[str]:
         lines.append(text + ".")
     if first.missing:
         lines.append(f"{first.missing} trials without q* count as q* = 0, a predicted failure.")
+    if first.no_contact:
+        shares = ", ".join(
+            f"{name_of(m)} {_pct(c.accuracy_touching.value)}"
+            for m in study.metrics
+            if (c := study.findings[study.main, m].comparison).has_boundary
+        )
+        lines.append(
+            f"In {first.no_contact} of them the hand did not touch the object, which any metric "
+            f"predicts; without them predicted rightly: {shares}."
+        )
     if first.unstable:
         lines.append(
             f"{first.unstable} trials were left out: their simulation was unstable or broke off."

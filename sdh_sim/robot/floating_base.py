@@ -25,6 +25,7 @@ LIGHTEST = 1e-6  # of the base itself, as MuJoCo wants every body to have a mass
 SPEED_LIMIT = (1.0, math.pi)  # [m/s], [rad/s]
 AXES = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, 1), (0, 1, 0), (0, 0, 1))
 _SLIDES = 3
+POLE = 1e-9  # sine of the second angle below which the first and the third axis fall together
 
 
 class FloatingBase(PalmMotion):
@@ -52,8 +53,7 @@ class FloatingBase(PalmMotion):
         mount = np.asarray(position) - c.MOUNT_HEIGHT * np.asarray(rotation)[:, 2]
         if np.allclose(self.palm_pose(start)[1], rotation, rtol=0.0, atol=1e-12):
             return np.concatenate((mount, start[_SLIDES:]))
-        with np.errstate(all="ignore"):
-            first, bend, last = Rotation.from_matrix(rotation).as_euler("ZYZ")
+        first, bend, last = _zyz(np.asarray(rotation))
         twice = ((first, bend, last), (first + math.pi, -bend, last - math.pi))
         turned = [np.array(angles) for angles in twice]
         near = [a + 2 * math.pi * np.round((start[_SLIDES:] - a) / (2 * math.pi)) for a in turned]
@@ -63,6 +63,16 @@ class FloatingBase(PalmMotion):
     def reach(self, position: np.ndarray, rotation: np.ndarray) -> np.ndarray:
         """As ``PalmMotion`` says."""
         return self.solve(position, rotation, np.zeros(6))
+
+
+def _zyz(rotation: np.ndarray) -> tuple[float, float, float]:
+    """Angles about z, y, z [rad] of a rotation (3, 3); the first is 0 where it is free."""
+    sine = math.hypot(rotation[0, 2], rotation[1, 2])
+    bend = math.atan2(sine, rotation[2, 2])
+    if sine < POLE:
+        return 0.0, bend, math.atan2(rotation[1, 0], rotation[1, 1])
+    first = math.atan2(rotation[1, 2], rotation[0, 2])
+    return first, bend, math.atan2(rotation[2, 1], -rotation[2, 0])
 
 
 def add_floating_base(spec: mujoco.MjSpec) -> None:

@@ -117,7 +117,18 @@ def test_the_card_knows_what_options_fill():
     )
     row = normalise({**run_trial(settings, 1).row, "trial": 0})
     assert row["failure"] == "none", "take another seed"
-    assert filled(row) == {column.name for column in COLUMNS} - FREE - said("--preset paper")
+    elsewhere = said("--preset paper", "--support none", "`infeasible`")
+    assert filled(row) == {column.name for column in COLUMNS} - FREE - elsewhere
+
+
+def test_the_card_knows_what_a_scene_without_a_table_fills():
+    settings = TrialSettings(
+        "cylindrical_bottle", arm="none", support="none", gravity="six", load_test="gravity"
+    )
+    row = normalise({**run_trial(settings, 1).row, "trial": 0})
+    assert row["failure"] != "no_contact", "take another seed"
+    loaded = {"q_sim", "q_sim_capped"}
+    assert filled(row) == said("always", "snapshot", "lift", "--support none") | loaded
 
 
 def commands(page: Path) -> list[str]:

@@ -140,6 +140,25 @@ def test_table_by_object_and_overall():
     assert overall_l1.auc == pytest.approx(5 / 6)
 
 
+def test_trials_without_contact_are_counted_apart():
+    # Of the box's three trials two are predicted rightly; one of these never touched it.
+    box, box_l1, bottle, *_ = compare_table(table(ROWS))
+    assert (box.no_contact, box.no_contact_right) == (1, 1)
+    assert (box.accuracy.k, box.accuracy.n) == (2, 3)
+    assert (box.accuracy_touching.k, box.accuracy_touching.n) == (1, 2)
+    assert (box_l1.accuracy_touching.k, box_l1.accuracy_touching.n) == (1, 2)
+    assert box.carried  # 67 % with them, 50 % without
+    assert (bottle.no_contact, bottle.carried) == (0, False)
+    assert bottle.accuracy_touching == bottle.accuracy
+    never = compare_table(table([("box", "no_contact", None, None)] * 3))[0]
+    assert never.accuracy.value == 1.0
+    assert never.accuracy_touching.value is None
+    assert never.carried
+    # A metric that predicts success without contact is wrong about it, and gains nothing.
+    wrong = compare_table(table([*ROWS[:2], ("box", "no_contact", 3.0, 3.0)]))[0]
+    assert (wrong.no_contact, wrong.no_contact_right, wrong.carried) == (1, 0, False)
+
+
 def test_one_object_has_no_overall():
     assert [r.group for r in compare_table(table(ROWS[:4]))] == ["box", "box"]
 

@@ -50,6 +50,12 @@ def test_compare_prints_and_writes_the_numbers(mixed, tmp_path, capsys):
     assert bottle.split()[-2:] == ["-", "-"]
     assert "1 trials without q* count as q* = 0" in printed
     assert "1 trials left out" in printed
+    # Without the one that never touched: L∞ is right on 2 of 4, L1 on 3 of 4.
+    assert (
+        "In 1 of 5 trials (box) the hand did not touch the object (no_contact). Without them 4 "
+        "remain, and the accuracy is q* L∞ 50 (15–85) %, q* L1 75 (30–95) %."
+    ) in printed
+    assert "warning: box: trials without contact carry the accuracy" in printed
     assert "-: undefined" in printed
     with open(target, newline="") as file:
         table = list(csv.DictReader(file))
@@ -59,6 +65,7 @@ def test_compare_prints_and_writes_the_numbers(mixed, tmp_path, capsys):
     assert float(table[0]["auc"]) == pytest.approx(5 / 6)
     assert table[2]["auc"] == table[2]["false_positive_rate"] == ""
     assert (table[4]["n"], table[4]["unstable_excluded"]) == ("6", "1")
+    assert (table[0]["no_contact"], table[0]["accuracy_touching"]) == ("1", "0.5")
 
 
 def test_compare_joins_runs_and_says_what_is_unfinished(run, mixed, tmp_path, capsys):
