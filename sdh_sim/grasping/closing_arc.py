@@ -17,7 +17,7 @@ from sdh_sim.cell.scene import GROUP_NAMES
 from sdh_sim.grasping.grasp_plan import GraspPlan
 
 MOST_AXIAL = math.cos(math.radians(45))  # of a normal along the palm's z that a finger presses on
-STEP = 0.03  # of the closing ratio: at most 7 mm at a fingertip
+STEP = 0.05  # of the closing ratio: 12 mm at a fingertip, less than a finger is thick
 
 
 class ClosingArc(NamedTuple):

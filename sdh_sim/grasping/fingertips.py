@@ -12,7 +12,7 @@ from sdh_sim.robot import sdh2_constants as c
 
 # A distal pad lies this far before the axis of its link [m].
 PAD_AHEAD = float(c.DISTAL_PROFILE[:, 0].max()) * 1e-3
-_STEPS = 50  # of the closing ratio
+_STEPS = 25  # of the closing ratio
 
 
 class Reach(NamedTuple):
