@@ -41,6 +41,9 @@ simplex around the origin and is grown at its nearest facet alone, by the suppor
 facet's normal; when that facet supports W it is the nearest of W. [Ferrari and Canny 1992; growing
 through the support function: Zheng 2013]
 
+Before that, the body is made about round: a linear map takes the scatter matrix of its points to
+the unit matrix. [Kessy, Lewin and Strimmer 2018]
+
 The incremental hull
 --------------------
 A facet is the plane u·x = 1 through six vertices. A new vertex removes the facets that it sees,
@@ -83,11 +86,11 @@ The files; each imports from those above it
   ray_shooting   inscribed_ball        |
      |                  |              |
      +------------------+--------------+
-     |                  |
-  ray_batch        ball_batch
+     |                  |              |
+  ray_batch        ball_batch      whitening
 
-Entries, which Python calls: ``ray_batch.shoot_bodies``, ``ball_batch.balls_in_bodies``,
-``minkowski_volume.add_facets``, ``shared_motor_reach.reach``.
+Entries, which Python calls: ``ray_batch.shoot_bodies``, ``whitening.whiten_bodies``,
+``ball_batch.balls_in_bodies``, ``minkowski_volume.add_facets``, ``shared_motor_reach.reach``.
 
 References
 ----------
@@ -104,6 +107,8 @@ References
 - K. Fukuda: From the zonotope construction to the Minkowski addition of convex polytopes. Journal
   of Symbolic Computation 38 (2004).
 - P. M. J. Harris: Pivot selection methods of the Devex LP code. Mathematical Programming 5 (1973).
+- A. Kessy, A. Lewin, K. Strimmer: Optimal whitening and decorrelation. The American Statistician 72
+  (2018).
 - C. E. Lemke: The dual method of solving the linear programming problem. Naval Research Logistics
   Quarterly 1 (1954).
 - R. T. Rockafellar: Convex Analysis. Princeton University Press (1970).
