@@ -32,7 +32,8 @@ How far does W reach along a task t? 1/q = min Σ λ_k with Σ λ_k v_k = t over
 10. Refine, verify the certificate, or try again with another perturbation.
 
 The next task starts from the last basis. Bodies of many columns are asked through a list of
-candidates first (partial pricing).
+candidates first (partial pricing); from a cold start, smaller polytopes are asked along a direction
+between u and the best so far, which takes a quarter fewer pivots. [Wentges 1997]
 
 The largest ball (ε)
 --------------------
@@ -113,6 +114,8 @@ References
   Quarterly 1 (1954).
 - R. T. Rockafellar: Convex Analysis. Princeton University Press (1970).
 - R. Schneider: Convex Bodies: The Brunn-Minkowski Theory. Cambridge University Press (1993).
+- P. Wentges: Weighted Dantzig-Wolfe decomposition for linear mixed-integer programming.
+  International Transactions in Operational Research 4 (1997).
 - Y. Zheng: An efficient algorithm for a grasp quality measure. IEEE Transactions on Robotics 29
   (2013).
 """
