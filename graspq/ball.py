@@ -137,7 +137,7 @@ def _largest_ball(packed: Packed, tol: float, subspace: str) -> LargestBall:
     names = _names(axes)
     if axes.shape[1] < 6:
         if not axes.shape[1]:
-            flat = TOO_FLAT.format(rank=0, dimension=6, names="none")
+            flat = TOO_FLAT.format(rank=0, dimension=6, names=names)
             return LargestBall(0.0, 0.0, 0.0, axes, names, flat)
         inner = span_of(packed.body).inner
         off = inner - axes @ (axes.T @ inner)
@@ -207,6 +207,8 @@ def _without_rotations(packed: Packed) -> Packed:
 
 def _names(axes: np.ndarray) -> str:
     """A subspace in words."""
+    if not axes.shape[1]:
+        return "none"
     if axes.shape[1] == 6:
         return ", ".join(AXES)
     share = np.linalg.norm(axes, axis=1)

@@ -170,6 +170,9 @@ def _side_by_side(grasps: Sequence[Any] | np.ndarray, bound: str) -> Bodies | No
         if grasps.ndim != 4 or grasps.shape[2] != 6 or 0 in grasps.shape:
             return None
         count, contacts, _, width = grasps.shape
+        # Read in order of memory first, which brings it near, and then turned.
+        if not _finite(grasps):
+            return None
         columns = grasps.transpose(2, 0, 1, 3).reshape(6, -1)
         widths, sizes = np.full(count * contacts, width), np.full(count, contacts)
     else:
@@ -182,19 +185,21 @@ def _side_by_side(grasps: Sequence[Any] | np.ndarray, bound: str) -> Bodies | No
             return None
         if columns.ndim != 2 or columns.shape[0] != 6 or columns.dtype.kind not in "fiu":
             return None
-        if min(sizes) == 0 or widths.min() == 0:
+        if min(sizes) == 0 or widths.min() == 0 or not _finite(columns):
             return None
     columns = np.ascontiguousarray(columns, dtype=float)
-    with np.errstate(invalid="ignore", over="ignore"):
-        # The sum is finite when every entry is, short of 1e308.
-        if not np.isfinite(columns.sum()):
-            return None
     first_point, first_set = _ends(widths), _ends(sizes)
     if bound == "l1":
         # The hull of all contacts is one set.
         first_point, first_set = first_point[first_set], np.arange(len(first_set))
     first_ellipsoid = np.zeros(len(first_point), dtype=np.int64)
     return Bodies(columns, first_point, NO_CENTRES, NO_AXES, first_ellipsoid, first_set, True)
+
+
+def _finite(array: np.ndarray) -> bool:
+    """Whether every entry is finite, and their sum short of 1e308."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        return bool(np.isfinite(array.sum(dtype=float)))
 
 
 def _ends(counts: np.ndarray) -> np.ndarray:
@@ -210,8 +215,13 @@ def _task_sets(tasks: Any, first: int) -> tuple[np.ndarray, np.ndarray | None]:
     ``first`` is the number of the first, for messages.
     """
     try:
-        every = np.concatenate(tasks, axis=1)
-        widths = [t.shape[1] for t in tasks]
+        if isinstance(tasks, np.ndarray):
+            count, rows, width = tasks.shape
+            every = tasks.transpose(1, 0, 2).reshape(rows, count * width)
+            widths = [width] * count
+        else:
+            every = np.concatenate(tasks, axis=1)
+            widths = [t.shape[1] for t in tasks]
     except (TypeError, ValueError, AttributeError, IndexError):
         every, widths = np.zeros((0, 0)), [0]
     if (

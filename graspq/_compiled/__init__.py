@@ -32,7 +32,8 @@ How far does W reach along a task t? 1/q = min Σ λ_k with Σ λ_k v_k = t over
 10. Refine, verify the certificate, or try again with another perturbation.
 
 The next task starts from the last basis. Bodies of many columns are asked through a list of
-candidates first (partial pricing).
+candidates first (partial pricing); from a cold start, smaller polytopes are asked along a direction
+between u and the best so far, which takes a quarter fewer pivots. [Wentges 1997]
 
 The largest ball (ε)
 --------------------
@@ -40,6 +41,9 @@ The largest ball (ε)
 simplex around the origin and is grown at its nearest facet alone, by the support point of that
 facet's normal; when that facet supports W it is the nearest of W. [Ferrari and Canny 1992; growing
 through the support function: Zheng 2013]
+
+Before that, the body is made about round: a linear map takes the scatter matrix of its points to
+the unit matrix. [Kessy, Lewin and Strimmer 2018]
 
 The incremental hull
 --------------------
@@ -83,11 +87,11 @@ The files; each imports from those above it
   ray_shooting   inscribed_ball        |
      |                  |              |
      +------------------+--------------+
-     |                  |
-  ray_batch        ball_batch
+     |                  |              |
+  ray_batch        ball_batch      whitening
 
-Entries, which Python calls: ``ray_batch.shoot_bodies``, ``ball_batch.balls_in_bodies``,
-``minkowski_volume.add_facets``, ``shared_motor_reach.reach``.
+Entries, which Python calls: ``ray_batch.shoot_bodies``, ``whitening.whiten_bodies``,
+``ball_batch.balls_in_bodies``, ``minkowski_volume.add_facets``, ``shared_motor_reach.reach``.
 
 References
 ----------
@@ -104,10 +108,14 @@ References
 - K. Fukuda: From the zonotope construction to the Minkowski addition of convex polytopes. Journal
   of Symbolic Computation 38 (2004).
 - P. M. J. Harris: Pivot selection methods of the Devex LP code. Mathematical Programming 5 (1973).
+- A. Kessy, A. Lewin, K. Strimmer: Optimal whitening and decorrelation. The American Statistician 72
+  (2018).
 - C. E. Lemke: The dual method of solving the linear programming problem. Naval Research Logistics
   Quarterly 1 (1954).
 - R. T. Rockafellar: Convex Analysis. Princeton University Press (1970).
 - R. Schneider: Convex Bodies: The Brunn-Minkowski Theory. Cambridge University Press (1993).
+- P. Wentges: Weighted Dantzig-Wolfe decomposition for linear mixed-integer programming.
+  International Transactions in Operational Research 4 (1997).
 - Y. Zheng: An efficient algorithm for a grasp quality measure. IEEE Transactions on Robotics 29
   (2013).
 """

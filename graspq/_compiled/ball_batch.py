@@ -17,14 +17,15 @@ MOST_RIDGES = 1 << 20
 
 def new_hull(facets: int, vertices: int) -> Hull:
     """Return room for a hull of so many facets and vertices."""
-    # Twelve places per ridge of the horizon keep the hash table sparse; no horizon has more ridges
-    # than this has room for.
-    ridges = min(1 << int(12 * facets - 1).bit_length(), MOST_RIDGES)
+    # Six places or more per ridge of the horizon keep the hash table sparse; no horizon has more
+    # ridges than this has room for.
+    ridges = min(1 << int(6 * facets - 1).bit_length(), MOST_RIDGES)
     return Hull(
         np.zeros(1, TALLY),
         np.empty(vertices, POINT),
         np.empty(facets, FACET),
         np.empty(facets),
+        np.empty(facets, np.int32),
         np.empty(facets, np.int32),
         np.empty(facets, np.int32),
         np.empty(facets, np.int32),
@@ -54,6 +55,7 @@ def balls_in_bodies(
     visible,
     free,
     fresh,
+    horizon,
     ridges,
 ):
     """Find the largest ball around the origin in each body, which must hold it strictly inside.
@@ -68,7 +70,7 @@ def balls_in_bodies(
         tally, ..., ridges: ``Hull``, scratch.
     """
     bodies = Bodies(points, first_point, centres, axes, first_ellipsoid, first_set, holds_origin)
-    hull = Hull(tally, vertices, facets, length, visible, free, fresh, ridges)
+    hull = Hull(tally, vertices, facets, length, visible, free, fresh, horizon, ridges)
     columns, sets = largest(first_point, first_set)
     parts = np.empty((PART_ROWS, sets), np.int64)
     candidates = np.empty((sets, 1 + CANDIDATES), np.int64)

@@ -44,7 +44,10 @@ RIDGE = np.dtype([("key", np.int64), ("side", np.int64)])
 NO_SIDE, JOINED = -1, -2
 # How many of what there is.
 TALLY = np.dtype(
-    [(name, np.int64) for name in ("vertices", "facets", "free", "fresh", "visible", "stamp")]
+    [
+        (name, np.int64)
+        for name in ("vertices", "facets", "free", "fresh", "visible", "horizon", "stamp")
+    ]
 )
 
 
@@ -60,6 +63,8 @@ class Hull(NamedTuple):
         visible: facets below the new vertex.
         free: facets whose room may be used again.
         fresh: facets made last.
+        horizon: ridges between the visible and the hidden facets: eight times the visible facet,
+            and which of its neighbours lies behind.
         ridges: hash table of records of ``RIDGE``; its size is a power of two.
     """
 
@@ -70,6 +75,7 @@ class Hull(NamedTuple):
     visible: np.ndarray
     free: np.ndarray
     fresh: np.ndarray
+    horizon: np.ndarray
     ridges: np.ndarray
 
 
@@ -109,31 +115,23 @@ def start(hull, tally, small):
 def insert(hull, tally, first):
     """Add the vertex after the last, seen from facet ``first``; new facets are in ``fresh``."""
     new = tally.vertices
-    x = hull.vertices[new].jogged
     tally.stamp += 1
-    _look(hull, tally, first, x)
-    ridges = 0
-    for i in range(tally.visible):
-        neighbours = hull.facets[hull.visible[i]].neighbours
-        for k in range(6):
-            if hull.facets[neighbours[k]].stamp == -tally.stamp:
-                ridges += 1
+    _look(hull, tally, first, hull.vertices[new].jogged)
     size = 64
-    while size < 12 * ridges:
+    while size < 6 * tally.horizon:
         size *= 2
-    if size > hull.ridges.shape[0] or tally.facets + ridges > hull.facets.shape[0]:
+    if size > hull.ridges.shape[0] or tally.facets + tally.horizon > hull.facets.shape[0]:
         return FULL
     for i in range(size):
         hull.ridges[i].side = NO_SIDE
     open_sides = 0
     tally.fresh = 0
-    for i in range(tally.visible):
-        f = hull.visible[i]
-        for k in range(6):
-            g = hull.facets[f].neighbours[k]
-            if hull.facets[g].stamp == -tally.stamp:
-                made = _make_facet(hull, tally, f, k, g, new)
-                open_sides += _join(hull, made, size)
+    for i in range(tally.horizon):
+        f, k = hull.horizon[i] // 8, hull.horizon[i] % 8
+        g = hull.facets[f].neighbours[k]
+        made = _take_room(hull, tally)
+        _make_facet(hull.facets[made], hull.facets[f], hull.facets[g], made, f, k, g, new)
+        open_sides += _join(hull.facets, hull.ridges, made, size)
     for i in range(tally.visible):
         f = hull.visible[i]
         hull.length[f] = 0.0
@@ -145,17 +143,17 @@ def insert(hull, tally, first):
 
 @compiled
 def _look(hull, tally, first, x):
-    """List the facets that x is above, through neighbours, and stamp those around them."""
+    """List the facets that x is above, found through neighbours, and the horizon around them."""
     stamp = tally.stamp
     hull.visible[0] = first
     hull.facets[first].stamp = stamp
     hull.facets[first].height = dot(hull.facets[first].plane, x)
-    depth, seen = 1, 0
+    depth, seen, ridges = 1, 0, 0
     while depth > seen:
-        facet = hull.facets[hull.visible[seen]]
+        f = hull.visible[seen]
         seen += 1
         for k in range(6):
-            g = facet.neighbours[k]
+            g = hull.facets[f].neighbours[k]
             other = hull.facets[g]
             if abs(other.stamp) != stamp:
                 height = dot(other.plane, x)
@@ -166,12 +164,17 @@ def _look(hull, tally, first, x):
                     depth += 1
                 else:
                     other.stamp = -stamp
-    tally.visible = depth
+            if other.stamp == -stamp:
+                # There is no room for the facets of a horizon that is longer than its list.
+                if ridges < hull.horizon.shape[0]:
+                    hull.horizon[ridges] = f * 8 + k
+                ridges += 1
+    tally.visible, tally.horizon = depth, ridges
 
 
 @compiled
-def _make_facet(hull, tally, f, k, g, new):
-    """Make the facet of vertex ``new`` and the ridge between f and g, opposite f's vertex k."""
+def _take_room(hull, tally):
+    """Number of a facet that is not in use, now the last of ``fresh``."""
     if tally.free > 0:
         tally.free -= 1
         made = np.int64(hull.free[tally.free])
@@ -180,7 +183,16 @@ def _make_facet(hull, tally, f, k, g, new):
         tally.facets += 1
     hull.fresh[tally.fresh] = made
     tally.fresh += 1
-    below, hidden, facet = hull.facets[f], hull.facets[g], hull.facets[made]
+    return made
+
+
+@compiled
+def _make_facet(facet, below, hidden, made, f, k, g, new):
+    """Make the facet of vertex ``new`` and the ridge opposite the vertex k of the one below.
+
+    ``made``, ``f`` and ``g`` are the numbers of the facet, the one below the vertex and the hidden
+    one. (Three records are passed as three pointers; the hull would be passed as sixty numbers.)
+    """
     share = (1.0 - hidden.height) / (below.height - hidden.height)
     for r in range(6):
         facet.plane[r] = share * below.plane[r] + (1.0 - share) * hidden.plane[r]
@@ -200,39 +212,28 @@ def _make_facet(hull, tally, f, k, g, new):
                 common = common or below.vertices[i] == hidden.vertices[m]
             if not common:
                 hidden.neighbours[m] = made
-    return made
 
 
 @compiled
-def _join(hull, made, size):
+def _join(facets, ridges, made, size):
     """Join a new facet to others where both have four vertices and the new one in common.
 
     Returns the change in the number of sides that have no neighbour yet.
     """
     change = 0
-    facet = hull.facets[made]
+    facet = facets[made]
     for side in range(5):
-        a, b, c, d = -1, -1, -1, -1
+        # A facet's vertices are in ascending order, so that the ridge has one name; at most 2¹⁵
+        # vertices make it one number.
+        key = np.int64(0)
         for m in range(5):
             if m != side:
-                a, b, c, d = b, c, d, np.int64(facet.vertices[m])
-        # Sorted, so that the ridge has one name; at most 2¹⁵ vertices make it one number.
-        if a > b:
-            a, b = b, a
-        if c > d:
-            c, d = d, c
-        if a > c:
-            a, c = c, a
-        if b > d:
-            b, d = d, b
-        if b > c:
-            b, c = c, b
-        key = ((a * 32768 + b) * 32768 + c) * 32768 + d
+                key = key * 32768 + facet.vertices[m]
         # Multiplicative hashing (D. E. Knuth, TAOCP 3, 6.4), open addressing.
         at = np.int64((np.uint64(key) * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(40))
         at &= size - 1
         while True:
-            ridge = hull.ridges[at]
+            ridge = ridges[at]
             if ridge.side == NO_SIDE:
                 ridge.side = made * 8 + side
                 ridge.key = key
@@ -241,7 +242,7 @@ def _join(hull, made, size):
             if ridge.key == key and ridge.side >= 0:
                 other, back = ridge.side // 8, ridge.side % 8
                 facet.neighbours[side] = other
-                hull.facets[other].neighbours[back] = made
+                facets[other].neighbours[back] = made
                 ridge.side = JOINED
                 change -= 1
                 break

@@ -14,7 +14,7 @@ import numpy as np
 from graspq._compiled.incremental_hull import FIRST, FULL, GROWN, insert, is_vertex, jog, start
 from graspq._compiled.jit import compiled
 from graspq._compiled.small_matrices import dot, invert
-from graspq._compiled.support_function import support
+from graspq._compiled.support_function import FAST, support
 
 STUCK, ARTIFICIAL_LEFT, COARSE = 3, 4, 5
 # A facet supports the set when no point is further out by more than round-off; where jogged and
@@ -122,14 +122,20 @@ def _raises(hull, tally, facet, vertex, most_jog, seed):
     return dot(facet.plane, point.jogged) > 1.0
 
 
-@compiled
+@compiled(fastmath=FAST)
 def _length(plane, turn):
     """Length of a plane's u before the set was turned."""
+    u0, u1, u2, u3, u4, u5 = plane[0], plane[1], plane[2], plane[3], plane[4], plane[5]
     total = 0.0
     for c in range(6):
-        part = 0.0
-        for r in range(6):
-            part += turn[r, c] * plane[r]
+        part = (
+            u0 * turn[0, c]
+            + u1 * turn[1, c]
+            + u2 * turn[2, c]
+            + u3 * turn[3, c]
+            + u4 * turn[4, c]
+            + u5 * turn[5, c]
+        )
         total += part * part
     return np.sqrt(total)
 

@@ -31,6 +31,8 @@ LEAST_PIVOT, TIE = 1e-11, 1e-13
 # Bodies of more points are asked through a list of candidates first (partial pricing), which must
 # gain this much: less may be round-off of a long u about a point that is in the basis.
 MANY, LEAST_GAIN = 256, 1e-7
+# Share of the best direction so far in the one that is asked along first.
+SMOOTHING = 0.4
 # Pivots after which the tableau is formed anew, to rid it of round-off.
 FRESH_PRIMAL, FRESH_DUAL = 40, 20
 # Most tilts of one dual pivot: each is a vertex nearer, and few are needed.
@@ -57,6 +59,18 @@ def enter_column(tableau, vertex, column):
 
 
 @compiled
+def _subtract(row, factor, column):
+    """Take ``factor`` times the column off a row of the tableau."""
+    # All sums before the first is stored: vector code, as none can depend on another.
+    x0, x1 = row[0] - factor * column[0], row[1] - factor * column[1]
+    x2, x3 = row[2] - factor * column[2], row[3] - factor * column[3]
+    x4, x5 = row[4] - factor * column[4], row[5] - factor * column[5]
+    x6, x7 = row[6] - factor * column[6], row[7] - factor * column[7]
+    row[0], row[1], row[2], row[3] = x0, x1, x2, x3
+    row[4], row[5], row[6], row[7] = x4, x5, x6, x7
+
+
+@compiled
 def pivot(work, leave, vertex, direction, which):
     """Exchange basis vertex ``leave`` for ``vertex``, whose entering column is given.
 
@@ -67,8 +81,7 @@ def pivot(work, leave, vertex, direction, which):
     scale = 1.0 / column[leave]
     for c in range(WEIGHTS + 1):
         factor = tableau[c, leave] * scale
-        for k in range(WIDTH):
-            tableau[c, k] -= factor * column[k]
+        _subtract(tableau[c], factor, column)
         tableau[c, leave] = factor
     state.kinds[leave] = VERTEX
     for r in range(6):
@@ -79,29 +92,58 @@ def pivot(work, leave, vertex, direction, which):
 
 
 @compiled
-def ratio_test(tableau, column):
-    """Basis vertex whose weight reaches zero first, the largest pivot of equals; -1 if none."""
-    leave, least = -1, np.inf
+def ratio_test(tableau, column, ratios):
+    """Basis vertex whose weight reaches zero first, the largest pivot of equals; -1 if none.
+
+    ``ratios`` is scratch, shape (6,).
+    """
+    # Every quotient before any is looked at: vector code, and no branch that depends on signs.
     for k in range(6):
-        if column[k] > LEAST_PIVOT:
-            ratio = max(tableau[WEIGHTS, k], 0.0) / column[k]
-            if ratio < least * (1.0 - TIE) or (
-                ratio <= least * (1.0 + TIE) and (leave < 0 or column[k] > column[leave])
-            ):
-                leave, least = k, ratio
+        ratios[k] = max(tableau[WEIGHTS, k], 0.0) / column[k]
+    least = np.inf
+    for k in range(6):
+        ratio = ratios[k] if column[k] > LEAST_PIVOT else np.inf
+        least = ratio if ratio < least else least
+    leave, most = -1, LEAST_PIVOT
+    for k in range(6):
+        if ratios[k] <= least * (1.0 + TIE) and column[k] > most:
+            leave, most = k, column[k]
     return leave
 
 
 @compiled
-def primal(work, body, target, task, stop, cap):
+def _between(u, along, best, out):
+    """Write the smoothed direction between u and the best, each over what it has along the task."""
+    rest = (1.0 - SMOOTHING) / along
+    for c in range(6):
+        out[c] = SMOOTHING * best[c] + rest * u[c]
+
+
+@compiled
+def _note_best(upper, direction, scale, best):
+    """Keep a direction, times ``scale``, whose bound ``upper`` is the least; return the bound."""
+    for c in range(6):
+        best[c] = scale * direction[c]
+    return upper
+
+
+@compiled
+def primal(work, body, target, task, stop, cap, cold):
     """Pivot until no point of the set improves ``target``; return (solved, upper bound on q).
 
-    The bound h(u) / u·task holds for ``task`` with every u on the way.
+    The bound h(u) / u·task holds for ``task`` with every u on the way. From a ``cold`` start u
+    jumps about at first; the support point of a direction between it and the best so far takes
+    fewer pivots, until one gains nothing (P. Wentges, "Weighted Dantzig-Wolfe decomposition for
+    linear mixed-integer programming", International Transactions in Operational Research 4, 1997).
     """
     state = work.state
     tableau, u, vertex, column = state.tableau, state.u, state.vertex, state.column
+    best, between = state.best, state.between
     columns = body.first_point[body.first_point.shape[0] - 1]
-    many = columns > MANY and body.centres.shape[1] == 0
+    polytope = body.centres.shape[1] == 0
+    many = polytope and columns > MANY
+    # Vertices of a smooth set that are found so lie too close together for accurate weights.
+    smoothed = polytope and cold and not many
     aim(tableau, target)
     upper = np.inf
     for step in range(1, cap):
@@ -109,21 +151,30 @@ def primal(work, body, target, task, stop, cap):
             return False, upper
         for c in range(6):
             u[c] = tableau[c, OBJECTIVE]
-        h = candidate_support(u, body, work, vertex) if many else -np.inf
-        if h <= 1.0 + LEAST_GAIN:
-            h = support(u, body, work, vertex)
+        along = dot(u, task)
+        gain, asked = -np.inf, u
+        if many:
+            gain = candidate_support(u, body, work, vertex)
+        elif smoothed and upper < np.inf and along > 0.0:
+            _between(u, along, best, between)
+            bound, asked = support(between, body, work, vertex), between
+            if bound < upper:
+                upper = _note_best(bound, between, 1.0, best)
+            gain = dot(u, vertex)
+            smoothed = gain > 1.0 + LEAST_GAIN
+        if gain <= 1.0 + LEAST_GAIN:
+            h, asked = support(u, body, work, vertex), u
             if many:
                 remember(work)
-            along = dot(u, task)
             if along > 0.0 and h < upper * along:
-                upper = h / along
+                upper = _note_best(h / along, u, 1.0 / along, best)
             if h <= 1.0 + stop:
                 return True, upper
         enter_column(tableau, vertex, column)
-        leave = ratio_test(tableau, column)
+        leave = ratio_test(tableau, column, state.row)
         if leave < 0:
             return False, upper
-        pivot(work, leave, vertex, u, CHOSEN)
+        pivot(work, leave, vertex, asked, CHOSEN)
     return False, upper
 
 

@@ -194,7 +194,7 @@ def shoot(work, body, stop):
         while True:
             done = True
             if not above:
-                done, upper = primal(work, body, target, task, stop, cap)
+                done, upper = primal(work, body, target, task, stop, cap, attempt >= 0)
                 best = min(best, upper)
             if done and best > no_reach:
                 outcome = dual(work, body, task, stop, cap // 7 if above else cap // 2)

@@ -44,9 +44,12 @@ def support(u, body, work, vertex):
         best, pick = -np.inf, ORIGIN
         if body.holds_origin:
             best = 0.0
-        for k in range(first_point[i], first_point[i + 1]):
-            if score[k] > best:
-                best, pick = score[k], k
+        begin = first_point[i]
+        # A slice, whose numbers are not looked at for negative ones.
+        own = score[begin : first_point[i + 1]]
+        for k in range(own.shape[0]):
+            if own[k] > best:
+                best, pick = own[k], begin + k
         for k in range(first_ellipsoid[i], first_ellipsoid[i + 1]):
             value = _ellipsoid_support(u, body, k)
             if value > best:

@@ -46,6 +46,8 @@ STATE = np.dtype(
         ("tilted", np.float64, (6,)),
         ("direction", np.float64, (6,)),
         ("nearer", np.float64, (6,)),
+        ("best", np.float64, (6,)),
+        ("between", np.float64, (6,)),
         ("rest", np.float64, (6,)),
         ("matrix", np.float64, (6, 6)),
         ("inverse", np.float64, (6, 6)),

@@ -1,4 +1,4 @@
-"""ε: bring wrench spaces into a round shape, ask whether they hold the origin, grow the hulls."""
+"""ε: make wrench spaces about round, ask whether they hold the origin, grow the hulls."""
 
 from __future__ import annotations
 
@@ -8,14 +8,16 @@ from typing import NamedTuple
 import numpy as np
 
 from graspq._compiled.ball_batch import RESULTS as BALL_RESULTS
+from graspq._compiled.ball_batch import STATUS as BALL_STATUS
 from graspq._compiled.ball_batch import balls_in_bodies, new_hull
 from graspq._compiled.body import Bodies
 from graspq._compiled.incremental_hull import FULL, GROWN, Hull
 from graspq._compiled.inscribed_ball import ARTIFICIAL_LEFT, COARSE
-from graspq._compiled.ray_batch import RAY_RESULTS, RESULTS, STATUS, VALUE, shoot_bodies
+from graspq._compiled.ray_batch import RESULTS, STATUS, VALUE, shoot_bodies
 from graspq._compiled.ray_shooting import CAPPED, SOLVED
-from graspq._engines.bodies import scatter_of, some, span_of
-from graspq._engines.shooting import scratch
+from graspq._engines.bodies import some
+from graspq._engines.shooting import NO_FORCES, NO_RAYS, scratch
+from graspq._engines.whitening import Whitened, whiten
 from graspq.inputs import NO_OWNERS
 
 # An inner point this close to the origin, in units of the extent, is the origin.
@@ -40,59 +42,7 @@ class Balls(NamedTuple):
     upper: np.ndarray
 
 
-class _Round(NamedTuple):
-    """Bodies in coordinates in which each is about round.
-
-    Attributes:
-        bodies: the bodies, with extent 1 in every row.
-        turns: the map that took each of them there, shape (N, 6, 6).
-        inner: an inner point of each, there, shape (N, 6).
-        flat: whether each is too close to flat to tell, shape (N,).
-    """
-
-    bodies: Bodies
-    turns: np.ndarray
-    inner: np.ndarray
-    flat: np.ndarray
-
-
-def _round(bodies: Bodies) -> _Round:
-    """Make polytopes, or one body of any kind, about round."""
-    smooth = bodies.centres.shape[1] > 0
-    inner, turns, flat = _one(bodies) if smooth else scatter_of(bodies)
-    if not smooth and len(flat) == 1 and flat[0]:
-        # Singular values tell what is close to flat better than the scatter, their squares.
-        inner, turns, flat = _one(bodies)
-    points = np.empty_like(bodies.points)
-    first = bodies.first_point[bodies.first_set]
-    for turn, begin, end in zip(turns, first[:-1], first[1:], strict=True):
-        np.matmul(turn, bodies.points[:, begin:end], out=points[:, begin:end])
-    size = np.zeros((6, len(turns)))
-    if points.shape[1]:
-        size = np.maximum.reduceat(np.abs(points), first[:-1], axis=1)
-    centres, axes = bodies.centres, bodies.axes
-    if centres.shape[1]:
-        centres, axes = turns[0] @ centres, turns[0] @ axes
-        size[:, 0] = np.maximum(size[:, 0], np.abs(centres).max(axis=1))
-        size[:, 0] = np.maximum(size[:, 0], np.abs(axes).max(axis=(0, 2)))
-    size[size == 0.0] = 1.0
-    if centres.shape[1]:
-        centres, axes = centres / size, axes / size
-    counts = np.diff(first)
-    points /= np.repeat(size, counts, axis=1)
-    turns = turns / size.T[:, :, None]
-    inner = np.einsum("nrc,nc->nr", turns, inner)
-    body = bodies._replace(points=points, centres=np.ascontiguousarray(centres), axes=axes)
-    return _Round(body, np.ascontiguousarray(turns), inner, flat)
-
-
-def _one(body: Bodies) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Inner point, map and flatness of one body of any kind, as ``scatter_of`` gives them."""
-    span = span_of(body)
-    return span.inner[None], (span.turn / span.size)[None], np.array([span.rank < 6])
-
-
-def _inside(found: _Round) -> tuple[np.ndarray, np.ndarray]:
+def _inside(found: Whitened) -> tuple[np.ndarray, np.ndarray]:
     """Whether each body holds the origin strictly inside, and whether that is certain, (N,).
 
     A set holds the origin inside when, seen from its inner point, it reaches past it.
@@ -101,30 +51,33 @@ def _inside(found: _Round) -> tuple[np.ndarray, np.ndarray]:
     count = len(inner)
     results = np.zeros((count, RESULTS))
     zero = bodies.holds_origin
-    tasks = np.where(np.abs(inner).max(axis=1) <= AT_ORIGIN, 0.0, -inner.T)
-    away = tasks.any(axis=0)
     # A body whose inner point is the origin gets no task, and an infinite reach.
+    first_task = np.arange(count)
+    away = np.abs(inner).max(axis=1) > AT_ORIGIN
     shoot_bodies(
         *bodies,
         np.zeros((count, 6)) if zero else inner,
-        np.ascontiguousarray(tasks),
-        np.arange(count),
-        np.arange(count) + away,
+        np.ascontiguousarray(-inner.T),
+        first_task,
+        first_task + away,
         1e-6 if bodies.centres.shape[1] else 1e-12,
         NO_OWNERS,
         NO_OWNERS,
         results,
-        np.zeros((0, 6)),
-        np.zeros((0, RAY_RESULTS)),
+        NO_FORCES,
+        NO_RAYS,
         scratch(),
     )
     status, value = results[:, STATUS], results[:, VALUE]
-    return (status == SOLVED) & (zero | (value > 1.0 + BEYOND)), status != CAPPED
+    inside = status == SOLVED
+    if not zero:
+        inside &= value > 1.0 + BEYOND
+    return inside, status != CAPPED
 
 
 def inside_of(bodies: Bodies) -> tuple[np.ndarray, np.ndarray]:
     """Whether each body is known to hold the origin strictly inside, or known not to, (N,)."""
-    found = _round(bodies)
+    found = whiten(bodies)
     inside, certain = _inside(found)
     certain &= ~found.flat
     return inside & certain, ~inside & certain
@@ -135,35 +88,30 @@ def balls_of(bodies: Bodies, stop: float, facets: int, vertices: int) -> Balls:
 
     Status ``IS_FLAT`` leaves a body that may be flat to others; ``FULL`` asks for more room.
     """
-    found = _round(bodies)
+    found = whiten(bodies)
     inside, certain = _inside(found)
     smooth = bodies.centres.shape[1] > 0
     count = len(found.inner)
-    status, lower, upper = np.full(count, GROWN), np.zeros(count), np.zeros(count)
-    status[found.flat] = IS_FLAT
+    # Status, lower and upper bound; the ball of a body without the origin is 0.
+    balls = np.zeros((count, BALL_RESULTS))
+    balls[:, BALL_STATUS] = np.where(found.flat, IS_FLAT, GROWN)
     left = np.flatnonzero((inside | ~certain) & ~found.flat)
-    if not len(left):
-        return Balls(status, lower, upper)
     hull = _room(facets, vertices)
     power = np.full(count, JOG_SMOOTH if smooth else JOG_POLYTOPE)
     for attempt in range(ATTEMPTS):
-        results = np.empty((len(left), BALL_RESULTS))
+        if not len(left):
+            break
         levels = power[left]
         for level in set(levels.tolist()):
-            at = np.flatnonzero(levels == level)
-            results[at] = _grow(found, left[at], stop, 10.0**level, attempt, hull)
-        status[left], lower[left], upper[left] = results.T
-        code = results[:, 0]
-        if (code == GROWN).all():
-            break
+            at = left[levels == level]
+            balls[at] = _grow(found, at, stop, 10.0**level, attempt, hull)
+        code = balls[left, BALL_STATUS]
         finer = (code == COARSE) | (code == ARTIFICIAL_LEFT) | (attempt % SAME_JOG == SAME_JOG - 1)
         power[left[finer]] -= 1
         left = left[(code != GROWN) & (code != FULL) & (power[left] >= LEAST_JOG)]
-        if not len(left):
-            break
-    outside = status == ARTIFICIAL_LEFT
-    status[outside], lower[outside], upper[outside] = GROWN, 0.0, 0.0
-    return Balls(status, lower, upper)
+    status = balls[:, BALL_STATUS]
+    balls[status == ARTIFICIAL_LEFT] = GROWN, 0.0, 0.0
+    return Balls(*balls.T)
 
 
 _scratch = threading.local()
@@ -180,7 +128,7 @@ def _room(facets: int, vertices: int) -> Hull:
 
 
 def _grow(
-    found: _Round, which: np.ndarray, stop: float, jog: float, seed: int, hull: Hull
+    found: Whitened, which: np.ndarray, stop: float, jog: float, seed: int, hull: Hull
 ) -> np.ndarray:
     """Grow the hulls of some of the bodies; return the entry's results, (k, 3)."""
     bodies = found.bodies

@@ -1,8 +1,7 @@
-"""What NumPy tells about a wrench space: its span, an inner point, support, a round image."""
+"""What NumPy tells about a wrench space: its span, an inner point, support."""
 
 from __future__ import annotations
 
-import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -16,8 +15,6 @@ RANK, ROUND_OFF = 1e-10, 1e-14
 # What rows in units of their extent may be off by, as an extent counts as at least 1e-6 of the
 # largest.
 ROW_ROUND_OFF = 1e-10
-# Eigenvalues of the scatter below this share of the largest are too close to round-off.
-WELL_SPREAD = 1e-11
 
 
 class Span(NamedTuple):
@@ -165,28 +162,6 @@ def tip(axes: np.ndarray, direction: np.ndarray) -> np.ndarray:
     side = axes.T @ direction
     length = float(np.linalg.norm(side))
     return axes @ side / length if length > 0 else np.zeros(6)
-
-
-def scatter_of(bodies: Bodies) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Inner points, maps and doubts of many polytopes, from the scatter of their points."""
-    points, first_point, _, _, _, first_set, zero = bodies
-    counts = np.diff(first_point)
-    means = np.add.reduceat(points, first_point[:-1], axis=1) / (counts + zero)
-    inner = np.add.reduceat(means, first_set[:-1], axis=1).T
-    first = first_point[first_set]
-    size = np.maximum.reduceat(np.abs(points), first[:-1], axis=1)
-    size = np.maximum(size, LEAST_EXTENT * size.max(axis=0))
-    size[size == 0.0] = 1.0
-    moved = points if zero else points - np.repeat(means, counts, axis=1)
-    moved = moved / np.repeat(size, np.diff(first), axis=1)
-    scatter = np.empty((len(first) - 1, 6, 6))
-    for g, (begin, end) in enumerate(itertools.pairwise(first)):
-        np.matmul(moved[:, begin:end], moved[:, begin:end].T, out=scatter[g])
-    values, vectors = np.linalg.eigh(scatter)
-    flat = ~(values[:, 0] > WELL_SPREAD * values[:, -1])
-    length = np.sqrt(np.maximum(values, 1e-300))
-    turns = (vectors / length[:, None, :]).transpose(0, 2, 1) / size.T[:, None, :]
-    return inner, turns, flat
 
 
 def some(bodies: Bodies, which: np.ndarray) -> Bodies:

@@ -17,7 +17,8 @@ from graspq._compiled.ray_batch import (
 )
 from graspq._compiled.ray_shooting import CAPPED, ZERO
 from graspq._compiled.workspace import STATE
-from graspq._engines.bodies import scatter_of, some
+from graspq._engines.bodies import some
+from graspq._engines.whitening import whiten_polytopes
 from graspq.inputs import NO_OWNERS, Packed
 
 NO_FORCES, NO_RAYS, NO_SHIFT = np.zeros((0, 6)), np.zeros((0, RAY_RESULTS)), np.zeros((1, 6))
@@ -110,6 +111,6 @@ def reach_many(
     doubtful = results[:, STATUS] > ZERO
     unsure = np.flatnonzero(~doubtful & (results[:, SOUND] == 0.0))
     if len(unsure):
-        doubtful[unsure] = scatter_of(some(bodies, unsure))[2]
+        doubtful[unsure] = whiten_polytopes(some(bodies, unsure)).flat
     results[:, STATUS] = doubtful
     return results[:, : TASK + 1]

@@ -106,6 +106,9 @@ def test_bad_input_names_the_grasp():
         gq.task_scaling_batch(grasps, wanted[:3])
     with pytest.raises(gq.GraspError, match=r"tasks\[1\]"):
         gq.task_scaling_batch(grasps, [wanted[0], np.zeros((6, 1)), *wanted[2:]])
+    for shape in [(4, 5, 1), (4, 6, 0)]:
+        with pytest.raises(gq.GraspError, match=r"tasks\[0\]"):
+            gq.task_scaling_batch(grasps, np.ones(shape))
     with pytest.raises(gq.GraspError, match="workers"):
         gq.epsilon_batch(grasps, workers=0)
     with pytest.raises(gq.GraspError, match="grasps"):

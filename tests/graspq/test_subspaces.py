@@ -113,6 +113,10 @@ def test_zero_comes_with_its_reason():
     # Without unloading, two forces along z span what misses the origin.
     lifted = [np.array([[0, 0, 1.0, 0, 0, 0], [1.0, 0, 1.0, 0, 0, 0]]).T]
     assert "misses the origin" in gq.largest_ball(lifted, "linf", False, subspace="span").reason
+    # Without friction and unloading, the wrench space is one point.
+    push = gq.Contact([0.3, 0.2, 0.1], [0.6, 0.0, 0.8], 0.0)
+    point = gq.largest_ball([gq.contact_wrenches(push)] * 3, unloading=False)
+    assert "span 0 of the 6 dimensions (none)" in point.reason
     with pytest.raises(gq.GraspError, match="subspace"):
         gq.epsilon(line, subspace="plane")
 
