@@ -25,11 +25,11 @@ from experiments.command_line import Parser
 from experiments.parallel import run_all
 from sdh_sim.analysis.comparison import auc
 from sdh_sim.errors import RecordError
-from sdh_sim.metrics import object_of, read_stored, snapshot_of
+from sdh_sim.metrics import group_limits, object_of, read_stored, snapshot_of
 from sdh_sim.objects import ObjectInfo
 from sdh_sim.poses import rotation_of
 from sdh_sim.records import NO_TRUTH
-from sdh_sim.robot import MOTOR_NAMES, hand_kinematics
+from sdh_sim.robot import built_in_hand, hand_kinematics
 from sdh_sim.runs import RunFolder
 from sdh_sim.sensing import GRAVITY, TactileSnapshot, pad_contacts
 from sdh_sim.sensing.perceived_grasp import TASK_RADIUS, TASK_SAMPLES
@@ -107,8 +107,9 @@ def changed(grasp: Grasp, setting: Setting, rng: np.random.Generator) -> Grasp:
     }.get(setting.key)
     if change is None:
         return grasp
-    arrays = {name: change(getattr(snapshot, name)) for name in ("proximal", "distal")}
-    return replace(snapshot, **arrays), obj, limits
+    # In this order: it decides which random numbers an array gets.
+    tactile = {kind: change(snapshot.tactile[kind]) for kind in ("proximal", "distal")}
+    return replace(snapshot, tactile=tactile), obj, limits
 
 
 def moved(snapshot: TactileSnapshot, by: np.ndarray, angle: np.ndarray) -> TactileSnapshot:
@@ -163,12 +164,8 @@ def _grasp(row: dict[str, Any], folders: Mapping[str, ObjectFolder]) -> Grasp | 
     snapshot = snapshot_of(row)
     if snapshot is None:
         return None
-    limit = row["torque_limit_nm"]
-    pair = (
-        float(limit[MOTOR_NAMES.index("finger1_proximal")]),
-        float(limit[MOTOR_NAMES.index("finger1_distal")]),
-    )
-    return snapshot, object_of(row, folders), pair
+    limits = group_limits(built_in_hand(), row["torque_limit_nm"])
+    return snapshot, object_of(row, folders), limits
 
 
 def main(argv: list[str] | None = None) -> int:

@@ -13,7 +13,6 @@ from experiments.parallel import run_all
 from sdh_sim.analysis.comparison import auc
 from sdh_sim.metrics import predict
 from sdh_sim.objects import PAPER_ORDER
-from sdh_sim.robot import arrays
 from sdh_sim.sensing import SensorModel, TactileFrames, TactileSensor, take_snapshot
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import Trial, classify
@@ -59,8 +58,7 @@ def observe(job: tuple[str, int]) -> Seen:
     snapshot = take_snapshot(trial.simulation)
     found = []
     for sensor in sensors:
-        proximal, distal = arrays(sensor.read())
-        seen = replace(snapshot, proximal=proximal, distal=distal)
+        seen = replace(snapshot, tactile=trial.scene.hand.by_kind(sensor.read()))
         said = predict(seen, trial.scene.obj, settings.torque_limit, settings.pads)
         found.append((said.q_linf, said.q_l1, len(said.contacts)))
     held = trial.touched and classify(trial.lift()) == "none"

@@ -9,7 +9,7 @@ from experiments.validation.result_rows import Result, Row
 from experiments.validation.rigs import HONEST, Spoil, timestep_in_use
 from sdh_sim.cell import Scene, Simulation, build_scene
 from sdh_sim.grasping import MotionPlan
-from sdh_sim.robot import along, palm_motion_of
+from sdh_sim.robot import along
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import Trial
 from sdh_sim.trial.lift import LIFT_TIME
@@ -35,7 +35,7 @@ def _path(scene: Scene, motion: MotionPlan, state: np.ndarray) -> np.ndarray:
     """Places of the object in the hand (n, 3) [m] through the lift, from one state of the grasp."""
     simulation = Simulation(scene)
     simulation.restore(state)
-    duration = palm_motion_of(simulation.scene.settings.arm).duration(motion.lift, LIFT_TIME)
+    duration = simulation.scene.palm_motion.duration(motion.lift, LIFT_TIME)
     places = [simulation.object_in_hand()[:3]]
     for k in range(1, round(duration / simulation.tick_time) + 1):
         simulation.tick(along(motion.lift, k * simulation.tick_time / duration))

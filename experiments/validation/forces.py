@@ -11,9 +11,10 @@ from experiments.validation.rig_readings import imprint, squeezed, torques_of, t
 from experiments.validation.rigs import HONEST, Shape, Spoil, gripper, pad_frame
 from experiments.validation.rigs import settings_for as rig_settings
 from sdh_sim.cell import Scene
-from sdh_sim.robot import MOTOR_NAMES, hand_kinematics
+from sdh_sim.robot import built_in_hand, hand_kinematics
 from sdh_sim.robot import sdh2_constants as c
 
+MOTOR_NAMES = built_in_hand().motor_names
 PROXIMAL, DISTAL = MOTOR_NAMES.index("thumb_proximal"), MOTOR_NAMES.index("thumb_distal")
 JOINTS = [PROXIMAL, DISTAL]
 THUMB_PUSH = np.isin(np.arange(7), JOINTS)

@@ -28,7 +28,7 @@ from experiments.validation.rigs import (
 )
 from sdh_sim.cell import Scene
 from sdh_sim.cell.scene_builder import PAD_IMPEDANCE
-from sdh_sim.robot import MOTOR_NAMES
+from sdh_sim.robot import built_in_hand
 from sdh_sim.robot import sdh2_constants as c
 
 PRESS = 10.0  # [N]
@@ -42,7 +42,9 @@ MIDDLE = (6.5, 2.5)  # row and column of the middle of a proximal pad
 # A box between the distal pads of fingers 1 and 2 opposing each other (spread 90°), 0.3 mm free
 # on either side; its middle at row 10.5 of both pads, clear of the proximal ones.
 CLAMP_ANGLES = np.array([np.pi / 2, 0, 0, 0, 0, 0, 0])
-CLAMP_PUSH = np.array([name in ("finger1_proximal", "finger2_proximal") for name in MOTOR_NAMES])
+CLAMP_PUSH = np.array(
+    [name in ("finger1_proximal", "finger2_proximal") for name in built_in_hand().motor_names]
+)
 CLAMP_PLACE = Frame(
     np.array([c.FINGERS[0].base[0], 0.0, c.FINGERS[0].base[2] + c.KNUCKLE_HEIGHT
               + c.PROXIMAL_LENGTH + 0.0275]), np.eye(3),

@@ -59,7 +59,7 @@ def plate(short: bool = False, spoil: Spoil = HONEST) -> Result:
         scene = bench(PAD, 6.5, 2.5, [PLATE], ["press"], settings, 0.5, spoil)
         data = pressed(scene, force)
         mark = imprint(scene, data, PAD)
-        depth = force / (84 * taxel_stiffness(settings))
+        depth = force / (84 * taxel_stiffness(settings, c.TAXEL_PITCH))
         rows += [
             Row(f"plate, {force:g} N, {modulus / 1e6:g} MPa: sinks by", "µm", 1e6 * depth,
                 -1e6 * float(data.qpos[0]), 0.005, "exact by construction; taxels alike"),
@@ -162,7 +162,7 @@ def recoil(short: bool = False, spoil: Spoil = HONEST) -> Result:
     data.qfrc_applied[0] = 0.0
     advance(scene, data, 1.0)
     speed = float(data.qvel[0])
-    stiffness = taxel_stiffness(settings)
+    stiffness = taxel_stiffness(settings, c.TAXEL_PITCH)
     depth = force / (84 * stiffness)
     a = scene.model.body_invweight0[scene.object_body, 0]
     rate = math.sqrt(stiffness * (1.0 - PAD_IMPEDANCE) * a)

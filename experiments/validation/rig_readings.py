@@ -10,8 +10,7 @@ import numpy as np
 import graspq as gq
 from sdh_sim.cell import Scene
 from sdh_sim.cell.contacts import taxel_forces
-from sdh_sim.robot import HAND, PAD_NAMES, PAD_OFFSETS, hand_kinematics, taxel_centres
-from sdh_sim.robot import sdh2_constants as c
+from sdh_sim.robot import HAND, built_in_hand, hand_kinematics
 
 TICK = 0.01  # [s] between two set points of the motors
 
@@ -56,8 +55,7 @@ def squeezed(
         seconds: time at the limit after a ramp of 0.5 s [s].
     """
     model, data = scene.model, mujoco.MjData(scene.model)
-    data.qpos[scene.motor_qpos] = angles
-    data.qpos[scene.coupled_qpos] = angles[0]
+    scene.pose_hand(data, angles)
     limits = model.actuator_forcerange[scene.motors, 1]
     # Enough to saturate with the pad's yielding and the gap before it (0.05 rad) included.
     reach = pushing * (1.25 * limits / model.actuator_gainprm[scene.motors, 0] + 0.05)
@@ -147,18 +145,20 @@ class Imprint:
 
 def imprint(scene: Scene, data: mujoco.MjData, pad: str) -> Imprint:
     """Tactile array of a pad, centre and torsion arm found as for a prediction."""
-    kind, index = pad.rsplit("_", 1)[1], PAD_NAMES.index(pad)
-    flat = taxel_forces(scene, data)[PAD_OFFSETS[index] : PAD_OFFSETS[index + 1]]
-    forces = flat.reshape(-1, c.TAXEL_COLUMNS)
+    hand = built_in_hand()
+    index = hand.pad_names.index(pad)
+    array = hand.pads[index].array
+    flat = taxel_forces(scene, data)[hand.pad_offsets[index] : hand.pad_offsets[index + 1]]
+    forces = flat.reshape(array.shape)
     rows, columns = np.nonzero(forces > 0.0)
     if len(rows) == 0:
         nothing = np.full(3, np.nan)
         return Imprint(forces, 0.0, nothing, nothing, np.nan)
     weight = forces[rows, columns]
-    point, normal = c.pad_surface(
-        kind, float(np.average(rows, weights=weight)), float(np.average(columns, weights=weight))
+    point, normal = array.surface(
+        float(np.average(rows, weights=weight)), float(np.average(columns, weights=weight))
     )
-    centres = taxel_centres(kind)[rows, columns]
+    centres = array.centres[rows, columns]
     flat_centres = centres - np.outer((centres - point) @ normal, normal)
     arm = gq.max_torsion(1.0, 1.0, weight, flat_centres, point)
     return Imprint(forces, float(weight.sum()), point, normal, arm)

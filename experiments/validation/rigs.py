@@ -19,7 +19,7 @@ from sdh_sim.cell import Scene
 from sdh_sim.cell.scene_builder import geom_fingers, geom_groups, set_contacts, taxel_index
 from sdh_sim.model_files import models_dir
 from sdh_sim.objects import OBJECT, object_info
-from sdh_sim.robot import HAND, MOTOR_NAMES, hand_kinematics, torque_limits
+from sdh_sim.robot import HAND, built_in_hand, hand_kinematics
 from sdh_sim.robot import sdh2_constants as c
 from sdh_sim.settings import PAPER_TORQUE_LIMIT, TrialSettings
 
@@ -137,7 +137,9 @@ def gripper(
 ) -> Scene:  # fmt: skip
     """The live hand and a test body, fixed in the world or free, at a place in the palm frame."""
     spec = _hand_spec(settings)
-    for name, limit in zip(MOTOR_NAMES, torque_limits(settings.torque_limit), strict=True):
+    hand = built_in_hand()
+    limits = hand.torque_limits(settings.torque_limit)
+    for name, limit in zip(hand.motor_names, limits, strict=True):
         spec.actuator(HAND + name).forcerange = [-limit * spoil.torque, limit * spoil.torque]
     test_body = _test_body(spec, place, shapes, inertia)
     if free:
@@ -203,7 +205,10 @@ def _scene(spec: mujoco.MjSpec, settings: TrialSettings, friction: float, spoil:
     """Compile, and give the pads their rubber by the scene's own function."""
     model = spec.compile()
     joints = {model.joint(k).name for k in range(model.njnt)}
-    alive = [HAND + name for name in MOTOR_NAMES if HAND + name in joints]
+    hand = built_in_hand()
+    alive = [HAND + name for name in hand.motor_names if HAND + name in joints]
+    alone = hand_kinematics(hand).model
+    of_hand = [HAND + alone.joint(k).name for k in range(alone.njnt)]
     test_body = model.body(f"{OBJECT}object").id
     moves = model.body_jntnum[test_body] > 0
     first = model.joint(int(model.body_jntadr[test_body])) if moves else None
@@ -214,7 +219,8 @@ def _scene(spec: mujoco.MjSpec, settings: TrialSettings, friction: float, spoil:
         motors=np.array([model.actuator(name).id for name in alive], dtype=np.int64),
         motor_qpos=np.array([model.joint(n).qposadr[0] for n in alive], dtype=np.int64),
         motor_dof=np.array([model.joint(n).dofadr[0] for n in alive], dtype=np.int64),
-        coupled_qpos=int(model.joint(HAND + c.COUPLED_JOINT).qposadr[0]) if alive else -1,
+        hand=hand,
+        hand_qpos=np.array([model.joint(n).qposadr[0] for n in of_hand if n in joints], np.int64),
         arm_motors=none, arm_qpos=none, arm_dof=none, arm_speed_limit=none,
         palm=model.body(f"{HAND}palm").id,
         object_body=test_body,
@@ -223,9 +229,9 @@ def _scene(spec: mujoco.MjSpec, settings: TrialSettings, friction: float, spoil:
         object_dof=int(first.dofadr[0]) if first is not None else -1,
         table=model.geom("table").id,
         fixture=-1,
-        taxel=taxel_index(model),
+        taxel=taxel_index(model, hand),
         geom_group=geom_groups(model),
-        geom_finger=geom_fingers(model),
+        geom_finger=geom_fingers(model, hand),
     )  # fmt: skip
     set_contacts(scene)
     model.geom_solref[scene.taxel >= 0] *= (spoil.stiffness, np.sqrt(spoil.stiffness))

@@ -12,7 +12,6 @@ import mujoco
 import numpy as np
 
 from sdh_sim.cell.scene import ARM_GEOM, GROUP_NAMES, HAND_GEOM, OBJECT_GEOM, TABLE_GEOM, Scene
-from sdh_sim.robot import TACTILE_SIZE
 
 
 def touching(scene: Scene, data: mujoco.MjData, first: int, second: int) -> np.ndarray:
@@ -63,8 +62,8 @@ def hand_contacts(scene: Scene, data: mujoco.MjData) -> list[HandContact]:
 
 
 def taxel_forces(scene: Scene, data: mujoco.MjData) -> np.ndarray:
-    """Normal force on every taxel, flat (486,) [N], 0 where a pad has no taxel."""
-    forces = np.zeros(TACTILE_SIZE)
+    """Normal force on every taxel, flat (taxels,) [N], 0 where a pad has no taxel."""
+    forces = np.zeros(scene.hand.tactile_size)
     if data.ncon == 0 or data.nefc == 0:
         return forces
     contact = data.contact

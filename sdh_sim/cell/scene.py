@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from sdh_sim.objects import ObjectInfo
+from sdh_sim.robot import Hand, PalmMotion, hand_kinematics, palm_motion_of
 from sdh_sim.settings import TrialSettings
 
 OTHER, OBJECT_GEOM, TABLE_GEOM, HAND_GEOM, ARM_GEOM = range(5)
@@ -24,9 +25,10 @@ class Scene:
         model: the compiled model.
         settings: what it was built for.
         obj: the object in it.
-        motors: actuator ids of the hand's motors (7,).
-        motor_qpos, motor_dof: addresses of the motor joints (7,).
-        coupled_qpos: address of the coupled spread joint.
+        hand: the hand in it.
+        motors: actuator ids of the hand's motors (n,).
+        motor_qpos, motor_dof: addresses of the motor joints (n,).
+        hand_qpos: addresses of all joints of the hand, in the order of its own model.
         arm_motors: actuator ids (6,).
         arm_qpos, arm_dof: addresses of the arm's joints (6,).
         arm_speed_limit: [rad/s] (6,).
@@ -43,10 +45,11 @@ class Scene:
     model: mujoco.MjModel
     settings: TrialSettings
     obj: ObjectInfo
+    hand: Hand
     motors: np.ndarray
     motor_qpos: np.ndarray
     motor_dof: np.ndarray
-    coupled_qpos: int
+    hand_qpos: np.ndarray
     arm_motors: np.ndarray
     arm_qpos: np.ndarray
     arm_dof: np.ndarray
@@ -60,3 +63,12 @@ class Scene:
     taxel: np.ndarray
     geom_group: np.ndarray
     geom_finger: np.ndarray
+
+    @property
+    def palm_motion(self) -> PalmMotion:
+        """Motion of what carries the hand."""
+        return palm_motion_of(self.settings.arm, self.hand)
+
+    def pose_hand(self, data: mujoco.MjData, angles: np.ndarray) -> None:
+        """Put the joints of the hand where its motors at positions (n,) [rad or m] have them."""
+        data.qpos[self.hand_qpos] = hand_kinematics(self.hand).joint_positions(angles)

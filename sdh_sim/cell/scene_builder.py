@@ -8,18 +8,17 @@ import mujoco
 import numpy as np
 
 from sdh_sim.cell.scene import ARM_GEOM, HAND_GEOM, OBJECT_GEOM, TABLE_GEOM, Scene
-from sdh_sim.model_files import models_dir
 from sdh_sim.objects import OBJECT, ObjectInfo, object_info, object_spec
 from sdh_sim.robot import (
     ARM,
     ARM_JOINTS,
-    FINGER_NAMES,
     HAND,
-    MOTOR_NAMES,
-    PAD_OFFSETS,
-    torque_limits,
+    Hand,
+    built_in_hand,
+    hand_kinematics,
+    hand_spec,
+    taxel_names,
 )
-from sdh_sim.robot import sdh2_constants as c
 from sdh_sim.robot.carrier import carrier_spec, palm_motion_of
 from sdh_sim.settings import TrialSettings
 
@@ -36,11 +35,10 @@ NOT_DRAWN = 5  # group of geoms that no picture shows
 RIGID = 100.0  # factor on the arm's stiffness where it is to be rigid
 
 
-def robot_spec(arm: str = "servo") -> mujoco.MjSpec:
-    """Table, arm (of one of the settings' kinds) and hand, without an object."""
+def robot_spec(arm: str = "servo", hand: Hand | None = None) -> mujoco.MjSpec:
+    """Table, arm (of one of the settings' kinds) and hand (None: the SDH-2), without an object."""
     spec = carrier_spec(arm)
-    hand = mujoco.MjSpec.from_file(str(models_dir() / "schunk_sdh2" / "sdh2.xml"))
-    spec.attach(hand, prefix=HAND, site=spec.site(f"{ARM}flange"))
+    spec.attach(hand_spec(hand or built_in_hand()), prefix=HAND, site=spec.site(f"{ARM}flange"))
     for body in spec.bodies:
         if body.name.startswith((ARM, HAND)):
             body.gravcomp = 1.0  # the arm's controller knows the weight it carries
@@ -53,20 +51,21 @@ def build_scene(settings: TrialSettings) -> Scene:
     Raises:
         SettingsError: no such object.
     """
-    spec = robot_spec(settings.arm)
+    hand = built_in_hand()
+    spec = robot_spec(settings.arm, hand)
     obj = object_info(settings.object, settings.folder)
     shape = object_spec(settings.object, settings.folder)
     spec.attach(shape, prefix=OBJECT, frame=spec.worldbody.add_frame())
     spec.body(f"{OBJECT}object").add_freejoint(name="free")
     spec.option.timestep = settings.timestep
-    limits = torque_limits(settings.torque_limit)
-    for name, limit in zip(MOTOR_NAMES, limits, strict=True):
+    limits = hand.torque_limits(settings.torque_limit)
+    for name, limit in zip(hand.motor_names, limits, strict=True):
         spec.actuator(HAND + name).forcerange = [-limit, limit]
     if settings.arm == "rigid":
         _stiffen(spec)
     if settings.support == "none":
         _take_table_away(spec)
-    return _index(spec.compile(), settings, obj)
+    return _index(spec.compile(), settings, obj, hand)
 
 
 @lru_cache(maxsize=8)
@@ -108,9 +107,11 @@ def _take_table_away(spec: mujoco.MjSpec) -> None:
     fixture.active = True
 
 
-def _index(model: mujoco.MjModel, settings: TrialSettings, obj: ObjectInfo) -> Scene:
-    motors = [model.actuator(HAND + name).id for name in MOTOR_NAMES]
-    joints = [model.joint(HAND + name) for name in MOTOR_NAMES]
+def _index(model: mujoco.MjModel, settings: TrialSettings, obj: ObjectInfo, hand: Hand) -> Scene:
+    motors = [model.actuator(HAND + name).id for name in hand.motor_names]
+    joints = [model.joint(int(model.actuator_trnid[motor, 0])) for motor in motors]
+    alone = hand_kinematics(hand).model
+    hand_joints = [model.joint(HAND + alone.joint(k).name) for k in range(alone.njnt)]
     arm_joints = [model.joint(ARM + name) for name in ARM_JOINTS]
     body = model.body(f"{OBJECT}object").id
     free = model.joint(int(model.body_jntadr[body]))
@@ -118,37 +119,36 @@ def _index(model: mujoco.MjModel, settings: TrialSettings, obj: ObjectInfo) -> S
         model=model,
         settings=settings,
         obj=obj,
+        hand=hand,
         motors=np.array(motors),
         motor_qpos=np.array([j.qposadr[0] for j in joints]),
         motor_dof=np.array([j.dofadr[0] for j in joints]),
-        coupled_qpos=int(model.joint(HAND + c.COUPLED_JOINT).qposadr[0]),
+        hand_qpos=np.array([j.qposadr[0] for j in hand_joints]),
         arm_motors=np.array([model.actuator(ARM + name).id for name in ARM_JOINTS]),
         arm_qpos=np.array([j.qposadr[0] for j in arm_joints]),
         arm_dof=np.array([j.dofadr[0] for j in arm_joints]),
-        arm_speed_limit=palm_motion_of(settings.arm).speed_limit,
-        palm=model.body(f"{HAND}palm").id,
+        arm_speed_limit=palm_motion_of(settings.arm, hand).speed_limit,
+        palm=model.body(HAND + hand.palm).id,
         object_body=body,
         object_qpos=int(free.qposadr[0]),
         object_dof=int(free.dofadr[0]),
         table=model.geom("table").id,
         fixture=model.equality(FIXTURE).id if settings.support == "none" else -1,
-        taxel=taxel_index(model),
+        taxel=taxel_index(model, hand),
         geom_group=geom_groups(model),
-        geom_finger=geom_fingers(model),
+        geom_finger=geom_fingers(model, hand),
     )
     set_contacts(scene)
     return scene
 
 
-def taxel_index(model: mujoco.MjModel) -> np.ndarray:
+def taxel_index(model: mujoco.MjModel, hand: Hand) -> np.ndarray:
     """Per geom, index into the flat tactile vector, -1 where it is no taxel (ngeom,)."""
     index = np.full(model.ngeom, -1, dtype=np.int64)
-    for offset, (finger, kind) in zip(PAD_OFFSETS[:-1], c.PADS, strict=True):
-        for row in range(c.TAXEL_ROWS[kind]):
-            for column in range(c.TAXEL_COLUMNS):
-                if c.taxel_is_live(kind, row, column):
-                    geom = model.geom(f"{HAND}{finger}_{kind}_r{row:02d}_c{column}").id
-                    index[geom] = offset + row * c.TAXEL_COLUMNS + column
+    for offset, names in zip(hand.pad_offsets[:-1], taxel_names(hand), strict=True):
+        for place, name in enumerate(names):
+            if name:
+                index[model.geom(HAND + name).id] = offset + place
     return index
 
 
@@ -164,20 +164,22 @@ def geom_groups(model: mujoco.MjModel) -> np.ndarray:
     return groups
 
 
-def geom_fingers(model: mujoco.MjModel) -> np.ndarray:
+def geom_fingers(model: mujoco.MjModel, hand: Hand) -> np.ndarray:
     """Per geom, index of the finger it is part of, -1 where of none (ngeom,)."""
-    fingers = np.full(model.ngeom, -1, dtype=np.int64)
-    for geom in range(model.ngeom):
-        body = model.body(int(model.geom_bodyid[geom])).name
-        for index, name in enumerate(FINGER_NAMES):
-            if body.startswith(HAND + name):
-                fingers[geom] = index
-    return fingers
+    of_body = np.full(model.nbody, -1, dtype=np.int64)
+    roots = {
+        model.body(HAND + body).id: index
+        for index, finger in enumerate(hand.fingers)
+        for body in finger.bodies
+    }
+    for body in range(1, model.nbody):  # parents come before what hangs on them
+        of_body[body] = roots.get(body, of_body[model.body_parentid[body]])
+    return of_body[model.geom_bodyid]
 
 
-def taxel_stiffness(settings: TrialSettings) -> float:
+def taxel_stiffness(settings: TrialSettings, pitch: float) -> float:
     """Normal stiffness of one taxel's rubber [N/m]: E pitch² / thickness (elastic foundation)."""
-    return settings.pad_modulus * c.TAXEL_PITCH**2 / settings.pad_thickness
+    return settings.pad_modulus * pitch**2 / settings.pad_thickness
 
 
 def set_contacts(scene: Scene) -> None:
@@ -189,9 +191,11 @@ def set_contacts(scene: Scene) -> None:
     K r exactly. A depends on the object's mass, hence one scene per object.
     """
     model, d = scene.model, PAD_IMPEDANCE
-    stiffness = taxel_stiffness(scene.settings)
     friction = scene.obj.friction
+    pitches = [pad.array.pitch for pad in scene.hand.pads]
     for geom in np.flatnonzero(scene.taxel >= 0):
+        pad = int(np.searchsorted(scene.hand.pad_offsets, scene.taxel[geom], side="right")) - 1
+        stiffness = taxel_stiffness(scene.settings, pitches[pad])
         link = model.geom_bodyid[geom]
         a = model.body_invweight0[link, 0] + model.body_invweight0[scene.object_body, 0]
         k = stiffness * (1.0 - d) * a

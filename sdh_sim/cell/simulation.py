@@ -14,7 +14,6 @@ from sdh_sim import poses
 from sdh_sim.cell import contacts
 from sdh_sim.cell.scene import HAND_GEOM, OBJECT_GEOM, Scene
 from sdh_sim.errors import Diverged
-from sdh_sim.robot import torque_limits
 
 TICK = 0.01  # control period [s]
 MAX_SPEED = 1e3  # a generalised speed beyond this is a diverged simulation [m/s or rad/s]
@@ -35,8 +34,8 @@ class Simulation:
         scene: the compiled scene.
         data: MuJoCo's state.
         observers: called after each tick, in this order.
-        peak: largest motor torques so far (7,) [N m].
-        limits: torque limits of the motors (7,) [N m].
+        peak: largest motor torques so far (n,) [N m or N].
+        limits: torque limits of the motors (n,) [N m or N].
         phase: name of what is going on, for observers.
         tick_time: length of a control period [s].
     """
@@ -47,8 +46,8 @@ class Simulation:
         self.data = mujoco.MjData(scene.model)
         self.steps = max(1, round(TICK / scene.settings.timestep))
         self.tick_time = self.steps * scene.settings.timestep
-        self.peak = np.zeros(7)
-        self.limits = torque_limits(scene.settings.torque_limit)
+        self.peak = np.zeros(len(scene.motors))
+        self.limits = scene.hand.torque_limits(scene.settings.torque_limit)
         self.phase = ""
 
     @property
@@ -64,7 +63,7 @@ class Simulation:
 
         Args:
             arm: references of the arm's joints at the end (6,) [rad]; None keeps them.
-            hand: references of the hand's motors at the end (7,) [rad]; None keeps them.
+            hand: references of the hand's motors at the end (n,) [rad or m]; None keeps them.
 
         Raises:
             Diverged: a speed or acceleration is not finite, or a speed beyond any meaning.

@@ -41,14 +41,17 @@ def objects(folders: Sequence[str] = ()) -> None:
 
 def hand() -> None:
     """Print the joints with their limits and the tactile pads."""
-    from sdh_sim.robot import joint_table, pad_table
+    from sdh_sim.robot import built_in_hand, joint_table
 
+    known = built_in_hand()
     joints = plain_table("joint", "motor", "torque N m", "range rad", "speed rad/s", text=(0, 1))
-    for name, motor, torque, reach, speed in joint_table():
-        joints.add_row(name, str(motor), f"{torque:.4g}", _range(reach), f"{speed:.3g}")
+    for name, motor, torque, reach, speed in joint_table(known):
+        joints.add_row(name, motor, f"{torque:.4g}", _range(reach), f"{speed:.3g}")
     pads = plain_table("pad", "rows", "columns", "live taxels", "pitch mm")
-    for name, rows, columns, live, pitch in pad_table():
-        pads.add_row(name, str(rows), str(columns), str(live), f"{pitch:g}")
+    for pad in known.pads:
+        rows, columns = pad.array.shape
+        live = int(pad.array.live.sum())
+        pads.add_row(pad.name, str(rows), str(columns), str(live), f"{1e3 * pad.array.pitch:g}")
     output().print(joints)
     output().print(pads)
 

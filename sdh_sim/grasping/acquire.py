@@ -7,7 +7,7 @@ import numpy as np
 from sdh_sim.cell import Simulation
 from sdh_sim.grasping.finger_control import FingerControl
 from sdh_sim.grasping.motion_plan import MotionPlan, place
-from sdh_sim.robot import along, palm_motion_of
+from sdh_sim.robot import along
 
 APPROACH_TIME, CLOSE_TIME, SQUEEZE_TIME = 0.8, 2.2, 2.0  # the last two at most [s]
 QUIET_TIME = 0.1  # that long at rest ends the squeeze [s]
@@ -31,11 +31,12 @@ def acquire(simulation: Simulation, motion: MotionPlan) -> None:
     scene, data = simulation.scene, simulation.data
     place(scene, data, motion.grasp, motion.approach[0], motion.opening)
     simulation.fix_object()
-    duration = palm_motion_of(scene.settings.arm).duration(motion.approach, APPROACH_TIME)
+    duration = scene.palm_motion.duration(motion.approach, APPROACH_TIME)
     simulation.phase = "approach"
     simulation.follow(lambda share: along(motion.approach, share), duration)
     simulation.wait(0.1)
     fingers = FingerControl(
+        scene.hand,
         motion.grasp.closing,
         motion.opening,
         simulation.limits,

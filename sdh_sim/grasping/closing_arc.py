@@ -26,9 +26,9 @@ class ClosingArc(NamedTuple):
     Attributes:
         blocked_by: what is in the way of a finger before the object stops it, such as
             ``the table`` or ``the hand itself``; empty where nothing is.
-        stopped: fingers that the object stops (3,) bool.
+        stopped: fingers that the object stops (fingers,) bool.
         sideways: those of them that it stops by a face which they can press on as they close, not
-            one that looks toward the palm (3,) bool.
+            one that looks toward the palm (fingers,) bool.
     """
 
     blocked_by: str
@@ -45,14 +45,13 @@ def closing_arc(scene: Scene, data: mujoco.MjData, plan: GraspPlan, opening: flo
         plan: with the closing.
         opening: closing ratio to begin with, at which nothing touches.
     """
-    ratio = np.full(3, opening)
-    stopped, sideways = np.zeros((2, 3), dtype=bool)
+    fingers = len(scene.hand.fingers)
+    ratio = np.full(fingers, opening)
+    stopped, sideways = np.zeros((2, fingers), dtype=bool)
     axis = plan.palm_rotation[:, 2]
     while not stopped.all() and ratio[~stopped].max() < 1.0:
         ratio[~stopped] = np.minimum(ratio[~stopped] + STEP, 1.0)
-        angles = plan.closing.angles(ratio)
-        data.qpos[scene.motor_qpos] = angles
-        data.qpos[scene.coupled_qpos] = angles[0]
+        scene.pose_hand(data, plan.closing.angles(ratio))
         mujoco.mj_kinematics(scene.model, data)
         mujoco.mj_collision(scene.model, data)
         for contact in hand_contacts(scene, data):

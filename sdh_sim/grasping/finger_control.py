@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sdh_sim.robot import Closing
-from sdh_sim.robot import sdh2_constants as c
-from sdh_sim.robot.hand import MOTOR_FINGER
+from sdh_sim.robot import Closing, Hand
 
 STALL_SHARE = 0.2  # of its torque limit at which a motor counts as stopped by the object
 # No motor counts as stopped below three times the torque of moving freely (to start moving takes
@@ -20,37 +18,41 @@ SQUEEZE_DEMAND = 1.25
 
 
 class FingerControl:
-    """References of the 7 position servos through closing and squeezing.
+    """References of the hand's position servos through closing and squeezing.
 
     Attributes:
-        ratio: closing ratio of each finger (3,).
-        stalled: fingers that the object has stopped (3,) bool.
-        reference: servo references (7,) [rad].
+        ratio: closing ratio of each finger (fingers,).
+        stalled: fingers that the object has stopped (fingers,) bool.
+        reference: servo references (n,) [rad or m].
     """
 
     def __init__(
-        self, closing: Closing, ratio: float, torque_limits: np.ndarray, stiffness: np.ndarray,
-        damping: np.ndarray,
+        self, hand: Hand, closing: Closing, ratio: float, torque_limits: np.ndarray,
+        stiffness: np.ndarray, damping: np.ndarray,
     ) -> None:  # fmt: skip
         """Start at a closing ratio.
 
         Args:
+            hand: whose motors they are.
             closing: the postures from open to closed.
             ratio: closing ratio of all fingers.
-            torque_limits: of the motors (7,) [N m].
-            stiffness: gains of their position servos (7,) [N m/rad].
-            damping: of their joints (7,) [N m s/rad].
+            torque_limits: of the motors (n,) [N m or N].
+            stiffness: gains of their position servos (n,) [N m/rad or N/m].
+            damping: of their joints (n,) [N m s/rad or N s/m].
         """
         self.closing = closing
-        self.ratio = np.full(3, float(ratio))
-        self.stalled = np.zeros(3, dtype=bool)
+        fingers, motors = len(hand.fingers), len(hand.motors)
+        self._stops = np.zeros((fingers, motors), dtype=bool)
+        for index, finger in enumerate(hand.fingers):
+            self._stops[index, list(finger.stops)] = True
+        self.ratio = np.full(fingers, float(ratio))
+        self.stalled = np.zeros(fingers, dtype=bool)
         self.reference = closing.angles(self.ratio)
-        flexion = np.array([m.kind != "spread" for m in c.MOTORS])
         moves = np.abs(closing.angles(1.0) - closing.angles(0.0))
         least = np.minimum(OVER_FREE * damping * moves * closing.rate, NEAR_LIMIT * torque_limits)
-        self._stall = np.where(flexion, np.maximum(STALL_SHARE * torque_limits, least), np.inf)
-        self._load = np.zeros(len(c.MOTORS))  # torques over the stall torques, at the last tick
-        self._advance = np.zeros(3)  # of the closing ratios in the last tick
+        self._stall = np.maximum(STALL_SHARE * torque_limits, least)
+        self._load = np.zeros(motors)  # torques over the stall torques, at the last tick
+        self._advance = np.zeros(fingers)  # of the closing ratios in the last tick
         self._push = closing.squeezes * SQUEEZE_DEMAND * torque_limits / stiffness
         self._grip: np.ndarray | None = None
         self._squeezed = 0.0
@@ -72,15 +74,15 @@ class FingerControl:
         within the last tick: a grasp must not depend on when the ticks are.
 
         Args:
-            torques: motor torques now (7,) [N m].
+            torques: motor torques now (n,) [N m or N].
             dt: length of the tick [s].
 
         Returns:
-            servo references (7,) [rad].
+            servo references (n,) [rad or m].
         """
         load = np.abs(torques) / self._stall
         for f in np.flatnonzero(~self.stalled):
-            over = (f == MOTOR_FINGER) & (load > 1.0)
+            over = self._stops[f] & (load > 1.0)
             if over.any():
                 self.stalled[f] = True
                 # No motor was over before, or the finger would have been stopped then.
@@ -99,11 +101,11 @@ class FingerControl:
         """One tick of squeezing: move the references beyond where the object holds the fingers.
 
         Args:
-            angles: motor angles now (7,) [rad]; the squeeze starts at those of the first call.
+            angles: motor angles now (n,) [rad or m]; the squeeze starts at those of the first call.
             dt: length of the tick [s].
 
         Returns:
-            servo references (7,) [rad].
+            servo references (n,) [rad or m].
         """
         if self._grip is None:
             self._grip = np.where(self._push > 0.0, angles, self.reference)

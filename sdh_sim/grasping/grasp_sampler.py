@@ -10,8 +10,7 @@ import numpy as np
 from sdh_sim.grasping.fingertips import fingertip_reach
 from sdh_sim.grasping.grasp_plan import OBJECT_POSITION, GraspPlan
 from sdh_sim.objects import DEFAULT_SPREAD, ObjectInfo, Spread
-from sdh_sim.robot import preshape_closing
-from sdh_sim.robot.sdh2_constants import PRESHAPES
+from sdh_sim.robot import Hand
 
 # Spread of the random grasps. It was set by looking at simulated success alone (30 to 70 % for
 # each object at the paper's torques), never at a metric.
@@ -21,21 +20,12 @@ ROLL = math.radians(12)  # standard deviation of the roll about the approach
 SIDE_MARGIN = (0.055, 0.025)  # lowest grasp over the table, highest below the top [m]
 TOP_DEPTH = (0.015, 0.07)  # depth of the grasp centre below the object's top [m]
 TOP_ROOM = 0.010  # from there to the table, at least, on objects that allow it [m]
-# Distance from the palm frame to the grasp centre [m]: precision grasps take the distal pads.
-DEPTH = {"parallel": (0.175, 0.235), "centrical": (0.175, 0.235),
-         "cylindrical": (0.15, 0.215), "spherical": (0.15, 0.215)}  # fmt: skip
-PRECISION_DEPTH = (0.205, 0.240)  # fingertips alone: nearer, the object meets the distal joints
-PRECISION_PRESHAPES = ("parallel", "centrical")  # whose distal links stay upright
 # Low objects: the fingertips stay this far above the table, and the grasp centre this far above
 # them [m].
 TIP_CLEARANCE, LEAST_HOLD = 0.004, 0.010
 # Pads reach this far past an object's near face at most; deeper, the proximal links would bear on
 # its edges.
 REACH_IN = 0.040
-# Middle between the thumb and the finger pair along the palm's x [m]; with 60 degrees of spread
-# the three fingers close on the palm's axis.
-CENTRE_X = {0.0: -0.0095, PRESHAPES["centrical"].spread: 0.0}
-
 
 # By object: an error with which half of the grasps on a bottle fail makes nearly all fail on the
 # heavy box.
@@ -61,7 +51,7 @@ class RandomGrasp:
 
     Attributes:
         approach: ``side`` or ``top``.
-        preshape: key of ``PRESHAPES``.
+        preshape: name of one of the hand's closings.
         azimuth: yaw of the approach direction (side) or of the palm's x axis (top) [rad].
         roll: of the hand about its approach axis [rad].
         tilt: of the approach below the horizontal (side) or off the vertical (top) [rad].
@@ -96,27 +86,30 @@ class RandomGrasp:
         cr, sr = math.cos(self.roll), math.sin(self.roll)
         return np.column_stack((cr * x + sr * y, cr * y - sr * x, z))
 
-    def palm_position(self) -> np.ndarray:
-        """Position of the palm in the world when it closes (3,) [m]."""
-        centre = np.array([CENTRE_X[PRESHAPES[self.preshape].spread], 0.0, self.depth])
+    def palm_position(self, hand: Hand) -> np.ndarray:
+        """Position of the palm of a hand in the world when it closes (3,) [m]."""
+        centre = np.array([hand.reaches[self.preshape].centre, 0.0, self.depth])
         target = np.array([*OBJECT_POSITION, self.height])
         return target - self.palm_rotation() @ (centre - self.offset)
 
-    def plan(self) -> GraspPlan:
-        """The grasp in the world."""
+    def plan(self, hand: Hand) -> GraspPlan:
+        """The grasp of a hand in the world."""
         return GraspPlan(
-            self.palm_position(),
+            self.palm_position(hand),
             self.palm_rotation(),
             self.object_yaw,
-            preshape_closing(self.preshape),
+            hand.closing(self.preshape),
             drawn=self,
         )
 
 
-def sample_grasp(obj: ObjectInfo, rng: np.random.Generator, style: str = "any") -> RandomGrasp:
+def sample_grasp(
+    hand: Hand, obj: ObjectInfo, rng: np.random.Generator, style: str = "any"
+) -> RandomGrasp:
     """Draw one grasp; ``motion_plan`` finds out whether the arm can reach it.
 
     Args:
+        hand: the hand.
         obj: the object.
         rng: of all that is random in it.
         style: ``any``, or ``precision`` for fingertip grasps.
@@ -129,7 +122,9 @@ def sample_grasp(obj: ObjectInfo, rng: np.random.Generator, style: str = "any") 
     # From the side the hand needs room below and object above: a low object is taken from above.
     side = bool(rng.random() < spread.side) and obj.height >= sum(SIDE_MARGIN)
     wide = bool(rng.random() < spread.wide)
-    preshapes = PRECISION_PRESHAPES if precision else tuple(PRESHAPES)
+    preshapes = [
+        name for name, r in hand.reaches.items() if not precision or r.precision_depth is not None
+    ]
     preshape = preshapes[int(rng.integers(len(preshapes)))]
     flip = math.pi * float(rng.integers(2))
     if side:
@@ -143,10 +138,11 @@ def sample_grasp(obj: ObjectInfo, rng: np.random.Generator, style: str = "any") 
         tilt = float(rng.normal(0.0, math.radians(4)))
         deepest = min(TOP_DEPTH[1], max(TOP_DEPTH[0], obj.height - TOP_ROOM))
         height = obj.height - float(rng.uniform(TOP_DEPTH[0], deepest))
-    low, high = PRECISION_DEPTH if precision else DEPTH[preshape]
+    reach = hand.reaches[preshape]
+    low, high = (reach.precision_depth if precision else None) or reach.depth
     if not side:
         half = obj.half_wide if wide else obj.half_narrow
-        low, height = _above_table(preshape, half, low, height)
+        low, height = _above_table(hand, preshape, half, low, height)
         high = max(low, high)
     ahead = obj.half_narrow if wide else obj.half_wide
     setback = max(0.0, ahead - REACH_IN) if side else 0.0
@@ -167,23 +163,26 @@ def sample_grasp(obj: ObjectInfo, rng: np.random.Generator, style: str = "any") 
     )
 
 
-def _above_table(preshape: str, half: float, depth: float, height: float) -> tuple[float, float]:
+def _above_table(
+    hand: Hand, preshape: str, half: float, depth: float, height: float
+) -> tuple[float, float]:
     """Least depth and height of a grasp from above that keep the fingertips off the table.
 
     Args:
-        preshape: key of ``PRESHAPES``.
+        hand: the hand.
+        preshape: name of one of its closings.
         half: half of the object's width along which the hand closes [m].
         depth: from the palm to the grasp centre, at least [m].
         height: of the grasp centre over the table, as drawn [m].
     """
-    reach = fingertip_reach(preshape, round(half, 3)).lowest + TIP_CLEARANCE
+    reach = fingertip_reach(hand, preshape, round(half, 3)).lowest + TIP_CLEARANCE
     height = max(height, TIP_CLEARANCE + LEAST_HOLD)
     return max(depth, reach - height), height
 
 
-def what_fits(obj: ObjectInfo) -> str:
-    """Which objects the hand can take, beside this one's size, for a message."""
-    widest = 1e3 * fingertip_reach("parallel", 0.0).widest
+def what_fits(hand: Hand, obj: ObjectInfo) -> str:
+    """Which objects a hand can take, beside this one's size, for a message."""
+    widest = 1e3 * max(fingertip_reach(hand, name, 0.0).widest for name in hand.reaches)
     return (
         f"it stands {1e3 * obj.height:.0f} mm high and is {2e3 * obj.half_narrow:.0f} x "
         f"{2e3 * obj.half_wide:.0f} mm wide; the hand takes from above what is higher "

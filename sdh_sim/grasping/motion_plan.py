@@ -17,7 +17,6 @@ from sdh_sim.errors import NoFeasibleGrasp
 from sdh_sim.grasping.closing_arc import closing_arc
 from sdh_sim.grasping.grasp_plan import GraspPlan, standing_pose
 from sdh_sim.grasping.grasp_sampler import RandomGrasp, sample_grasp, what_fits
-from sdh_sim.robot import palm_motion_of
 
 LIFT_HEIGHT = 0.15  # [m]
 OPENINGS = (0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.0)  # closing ratios tried for the approach
@@ -71,8 +70,8 @@ def plan_motion(scene: Scene, rng: np.random.Generator) -> MotionPlan:
     """
     met = Counter[str]()
     for _ in range(MAX_DRAWS):
-        drawn = sample_grasp(scene.obj, rng, scene.settings.grasps)
-        found = try_grasp(scene, drawn.plan(), aim=drawn)
+        drawn = sample_grasp(scene.hand, scene.obj, rng, scene.settings.grasps)
+        found = try_grasp(scene, drawn.plan(scene.hand), aim=drawn)
         if isinstance(found, MotionPlan):
             return replace(
                 found, unreachable=met[UNREACHABLE], colliding=met[COLLIDING] + met[MISSING]
@@ -88,7 +87,7 @@ def plan_motion(scene: Scene, rng: np.random.Generator) -> MotionPlan:
     )
     raise NoFeasibleGrasp(
         f"no feasible grasp of {scene.obj.name} in {MAX_DRAWS} draws ({counts}); "
-        + what_fits(scene.obj)
+        + what_fits(scene.hand, scene.obj)
     )
 
 
@@ -120,7 +119,7 @@ def try_grasp(
         aim: the random grasp that it comes from. Where its fingers meet nothing, they would have to
             without its errors: an error may miss the object, a plan may not.
     """
-    arm = palm_motion_of(scene.settings.arm)
+    arm = scene.palm_motion
     rotation, position = grasp.palm_rotation, grasp.palm_position
     final = arm.reach(position, rotation)
     if final is None:
@@ -193,8 +192,7 @@ def place(
     mujoco.mj_resetData(scene.model, data)
     angles = grasp.closing.angles(opening)
     data.qpos[scene.arm_qpos] = arm
-    data.qpos[scene.motor_qpos] = angles
-    data.qpos[scene.coupled_qpos] = angles[0]
+    scene.pose_hand(data, angles)
     at = slice(scene.object_qpos, scene.object_qpos + 7)
     data.qpos[at] = standing_pose(scene.obj, grasp.object_yaw)
     data.ctrl[scene.arm_motors] = arm

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from sdh_sim.metrics.built_in import evaluate, task_scaling
@@ -45,7 +46,7 @@ class Prediction:
 def predict(
     snapshot: TactileSnapshot,
     obj: ObjectInfo,
-    torque_limit: tuple[float, float],
+    torque_limit: Sequence[float],
     pads: str,
     kinematics: HandKinematics | None = None,
 ) -> Prediction:
@@ -54,8 +55,8 @@ def predict(
     Args:
         snapshot: what the hand sensed.
         obj: mass, friction and centre of mass of the object.
-        torque_limit: (spread and proximal, distal) [N m].
-        pads: ``all`` or ``distal``.
+        torque_limit: of the groups of motors [N m or N].
+        pads: ``all``, or the kind of array whose pads count.
         kinematics: the hand; None takes the one of the process.
     """
     grasp = perceive(snapshot, obj, torque_limit, pads, kinematics)

@@ -17,7 +17,7 @@ import pyarrow as pa
 from sdh_sim import records
 from sdh_sim.objects import ObjectInfo, object_info
 from sdh_sim.records import columns_of
-from sdh_sim.robot import MOTOR_NAMES, HandKinematics
+from sdh_sim.robot import Hand, HandKinematics, hand_kinematics
 from sdh_sim.sensing import PerceivedGrasp, TactileSnapshot, perceive
 from sdh_sim.user_references import ObjectFolder
 
@@ -74,8 +74,9 @@ def snapshot_of(row: Mapping[str, Any]) -> TactileSnapshot | None:
         return None
     pose = row.get("perceived_pose_hand")
     return TactileSnapshot(
-        proximal=np.asarray(row["tactile_proximal"], dtype=float),
-        distal=np.asarray(row["tactile_distal"], dtype=float),
+        tactile={
+            kind: np.asarray(row[f"tactile_{kind}"], dtype=float) for kind in ("proximal", "distal")
+        },
         joint_angles=np.asarray(row["joint_angles_rad"], dtype=float),
         motor_torques=np.asarray(row["motor_torque_nm"], dtype=float),
         object_pose_hand=np.asarray(row["object_pose_hand"] if pose is None else pose, dtype=float),
@@ -125,7 +126,12 @@ def grasp_of(
     snapshot = snapshot_of(row)
     if snapshot is None:
         return None
-    limits = np.asarray(row["torque_limit_nm"], dtype=float)
-    proximal = float(limits[MOTOR_NAMES.index("finger1_proximal")])
-    distal = float(limits[MOTOR_NAMES.index("finger1_distal")])
-    return perceive(snapshot, object_of(row, folders), (proximal, distal), pads, kinematics)
+    kinematics = kinematics or hand_kinematics()
+    limits = group_limits(kinematics.hand, row["torque_limit_nm"])
+    return perceive(snapshot, object_of(row, folders), limits, pads, kinematics)
+
+
+def group_limits(hand: Hand, of_motors: Sequence[float]) -> tuple[float, ...]:
+    """Limits of the groups of motors [N m or N], from those of the motors (n,)."""
+    groups = [motor.group for motor in hand.motors]
+    return tuple(float(of_motors[groups.index(group)]) for group in hand.groups)

@@ -1,4 +1,4 @@
-"""Write models/schunk_sdh2: the MJCF of the hand and its meshes, from sdh2_constants.
+"""Write models/schunk_sdh2: MJCF, hand.toml and meshes of the hand, from sdh2_constants.
 
 Run ``python -m sdh_sim.modelgen.hand`` in a checkout; the output is committed.
 """
@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from sdh_sim.modelgen.hand_meshes import hand_meshes
+from sdh_sim.modelgen.hand_toml import hand_toml
 from sdh_sim.modelgen.lofts import write_obj
 from sdh_sim.robot import sdh2_constants as c
 
@@ -212,12 +213,13 @@ def hand_mjcf() -> str:
 
 
 def write_hand(folder: Path) -> None:
-    """Write ``sdh2.xml`` and ``assets/*.obj`` below the folder."""
+    """Write ``sdh2.xml``, ``hand.toml`` and ``assets/*.obj`` below the folder."""
     assets = folder / "assets"
     assets.mkdir(parents=True, exist_ok=True)
     for name, mesh in hand_meshes().items():
         write_obj(assets / f"{name}.obj", mesh)
     (folder / "sdh2.xml").write_text(hand_mjcf(), encoding="utf-8")
+    (folder / "hand.toml").write_text(hand_toml(), encoding="utf-8")
 
 
 if __name__ == "__main__":

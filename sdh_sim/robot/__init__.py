@@ -1,54 +1,42 @@
-"""The SDH-2 and the arm as devices: their numbers, pads and kinematics."""
+"""The hand and what carries it as devices: their numbers, pads and kinematics."""
 
 from sdh_sim.robot.arm import ARM, ARM_JOINTS, ArmKinematics
 from sdh_sim.robot.carrier import palm_motion_of
-from sdh_sim.robot.closing import Closing, closing_between, preshape_closing
+from sdh_sim.robot.closing import Closing
 from sdh_sim.robot.hand import (
-    FINGER_NAMES,
     HAND,
-    MOTOR_NAMES,
     HandKinematics,
     HandPosture,
+    built_in_hand,
     hand_kinematics,
+    hand_spec,
     joint_table,
     strip_taxels,
-    torque_limits,
+    taxel_names,
 )
-from sdh_sim.robot.pads import (
-    PAD_NAMES,
-    PAD_OFFSETS,
-    TACTILE_SIZE,
-    arrays,
-    live_mask,
-    pad_table,
-    taxel_centres,
-)
+from sdh_sim.robot.hand_description import Finger, Hand, Motor, Pad, TaxelArray
 from sdh_sim.robot.palm_motion import PalmMotion, along
 
 __all__ = [
     "ARM",
     "ARM_JOINTS",
-    "FINGER_NAMES",
     "HAND",
-    "MOTOR_NAMES",
-    "PAD_NAMES",
-    "PAD_OFFSETS",
-    "TACTILE_SIZE",
     "ArmKinematics",
     "Closing",
+    "Finger",
+    "Hand",
     "HandKinematics",
     "HandPosture",
+    "Motor",
+    "Pad",
     "PalmMotion",
+    "TaxelArray",
     "along",
-    "arrays",
-    "closing_between",
+    "built_in_hand",
     "hand_kinematics",
+    "hand_spec",
     "joint_table",
-    "live_mask",
-    "pad_table",
     "palm_motion_of",
-    "preshape_closing",
     "strip_taxels",
-    "taxel_centres",
-    "torque_limits",
+    "taxel_names",
 ]

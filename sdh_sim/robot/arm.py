@@ -9,8 +9,9 @@ import mujoco
 import numpy as np
 
 from sdh_sim.model_files import models_dir
-from sdh_sim.poses import rotate
-from sdh_sim.robot import sdh2_constants as c
+from sdh_sim.poses import product, rotate
+from sdh_sim.robot.hand import hand_kinematics
+from sdh_sim.robot.hand_description import Hand
 from sdh_sim.robot.palm_motion import PalmMotion
 
 ARM = "arm/"  # prefix of its names in a workcell
@@ -23,7 +24,10 @@ STANDOFF = 0.10  # length of the straight approach [m]
 
 
 class ArmKinematics(PalmMotion):
-    """Finds joint angles for poses of the palm.
+    """Finds joint angles of the arm for poses of the palm.
+
+    Args:
+        hand: on the arm; None: the SDH-2.
 
     Attributes:
         model: the arm with a site ``palm`` where the hand's palm frame will be.
@@ -32,13 +36,14 @@ class ArmKinematics(PalmMotion):
 
     standoff = STANDOFF
 
-    def __init__(self) -> None:
+    def __init__(self, hand: Hand | None = None) -> None:
         spec = arm_spec()
         # The spec's site may be oriented by zaxis or euler; the compiled one has a quaternion.
         flange = spec.compile().site(f"{ARM}flange")
-        offset = rotate(flange.quat, np.array([0.0, 0.0, c.MOUNT_HEIGHT]))
+        palm, turn = hand_kinematics(hand).palm_offset()
+        offset = rotate(flange.quat, palm)
         parent = spec.site(f"{ARM}flange").parent
-        parent.add_site(name="palm", pos=flange.pos + offset, quat=flange.quat)
+        parent.add_site(name="palm", pos=flange.pos + offset, quat=product(flange.quat, turn))
         self.model = spec.compile()
         self.speed_limit = arm_speed_limit(self.model)
         joints = [self.model.joint(ARM + name) for name in ARM_JOINTS]

@@ -8,6 +8,7 @@ import mujoco
 
 from sdh_sim.robot.arm import ArmKinematics, arm_spec, cell_spec
 from sdh_sim.robot.floating_base import FloatingBase, add_floating_base
+from sdh_sim.robot.hand_description import Hand
 from sdh_sim.robot.palm_motion import PalmMotion
 
 NO_ARM = "none"  # among the settings' kinds of arm
@@ -22,16 +23,11 @@ def carrier_spec(arm: str) -> mujoco.MjSpec:
     return spec
 
 
-def palm_motion_of(arm: str) -> PalmMotion:
-    """Motion of what carries the hand, of one of the settings' kinds of arm; built once."""
-    return _floating_base() if arm == NO_ARM else _arm()
+def palm_motion_of(arm: str, hand: Hand) -> PalmMotion:
+    """Motion of what carries a hand, of one of the settings' kinds of arm; built once."""
+    return _motion(arm == NO_ARM, hand)
 
 
-@lru_cache(maxsize=1)
-def _arm() -> ArmKinematics:
-    return ArmKinematics()
-
-
-@lru_cache(maxsize=1)
-def _floating_base() -> FloatingBase:
-    return FloatingBase()
+@lru_cache(maxsize=8)
+def _motion(floating: bool, hand: Hand) -> PalmMotion:
+    return FloatingBase(hand) if floating else ArmKinematics(hand)

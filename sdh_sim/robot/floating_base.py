@@ -13,8 +13,10 @@ import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sdh_sim.robot import sdh2_constants as c
+from sdh_sim.poses import rotation_of
 from sdh_sim.robot.arm import ARM, ARM_JOINTS
+from sdh_sim.robot.hand import hand_kinematics
+from sdh_sim.robot.hand_description import Hand
 from sdh_sim.robot.palm_motion import PalmMotion
 
 # What a joint weighs beside the hand, and the angular frequency of its critically damped servo:
@@ -31,29 +33,35 @@ POLE = 1e-9  # sine of the second angle below which the first and the third axis
 class FloatingBase(PalmMotion):
     """Every pose of the palm is within reach; joint positions are x, y, z [m] and angles [rad].
 
+    Args:
+        hand: on the base; None: the SDH-2.
+
     The hand starts at the grasp, since nothing stands in the way of a base that is not there.
     """
 
     standoff = 0.0
 
-    def __init__(self) -> None:
+    def __init__(self, hand: Hand | None = None) -> None:
         self.speed_limit = np.repeat(SPEED_LIMIT, 3)
+        position, quat = hand_kinematics(hand).palm_offset()
+        self._offset, self._turn = position, rotation_of(quat)
 
     def palm_pose(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """As ``PalmMotion`` says."""
         q = np.asarray(q, dtype=float)
         rotation = Rotation.from_euler("ZYZ", q[_SLIDES:]).as_matrix()
-        return q[:_SLIDES] + c.MOUNT_HEIGHT * rotation[:, 2], rotation
+        return q[:_SLIDES] + rotation @ self._offset, rotation @ self._turn
 
     def solve(
         self, position: np.ndarray, rotation: np.ndarray, start: np.ndarray, steps: int = 60
     ) -> np.ndarray:
         """As ``PalmMotion`` says, in closed form; of all angles those nearest to the start's."""
         start = np.asarray(start, dtype=float)
-        mount = np.asarray(position) - c.MOUNT_HEIGHT * np.asarray(rotation)[:, 2]
+        turned_back = np.asarray(rotation) @ self._turn.T  # rotation of the mounting face
+        mount = np.asarray(position) - turned_back @ self._offset
         if np.allclose(self.palm_pose(start)[1], rotation, rtol=0.0, atol=1e-12):
             return np.concatenate((mount, start[_SLIDES:]))
-        first, bend, last = _zyz(np.asarray(rotation))
+        first, bend, last = _zyz(turned_back)
         twice = ((first, bend, last), (first + math.pi, -bend, last - math.pi))
         turned = [np.array(angles) for angles in twice]
         near = [a + 2 * math.pi * np.round((start[_SLIDES:] - a) / (2 * math.pi)) for a in turned]

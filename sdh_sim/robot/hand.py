@@ -1,36 +1,83 @@
-"""The hand as the controller and the metrics know it: kinematics, pads, Jacobians."""
+"""The hand as the controller and the metrics know it: where it is read from, and its kinematics."""
 
 from __future__ import annotations
 
 from functools import lru_cache
+from pathlib import Path
 
 import mujoco
 import numpy as np
 
+from sdh_sim.errors import HandError
 from sdh_sim.model_files import models_dir
-from sdh_sim.robot import sdh2_constants as c
+from sdh_sim.robot.hand_description import Hand, Pad
+from sdh_sim.robot.hand_file import FILE, read_hand_file
 
 HAND = "hand/"  # prefix of its names in a workcell
-MOTOR_NAMES = tuple(m.name for m in c.MOTORS)
-FINGER_NAMES = tuple(f.name for f in c.FINGERS)
-MOTOR_FINGER = np.array([FINGER_NAMES.index(m.finger) for m in c.MOTORS])
-"""Index of the finger that each motor moves (7,)."""
+DEFAULT_HAND = "schunk_sdh2"
 
 
-def torque_limits(limit: tuple[float, float]) -> np.ndarray:
-    """Limits of the 7 motors (7,) [N m] from (spread and proximal, distal)."""
-    return np.array([limit[1] if m.kind == "distal" else limit[0] for m in c.MOTORS])
+@lru_cache(maxsize=8)
+def built_in_hand(name: str = DEFAULT_HAND) -> Hand:
+    """A hand of the models, read once per process.
+
+    Raises:
+        HandError: no such hand.
+    """
+    path = models_dir() / name / FILE
+    if not path.is_file():
+        known = sorted(p.parent.name for p in models_dir().glob(f"*/{FILE}"))
+        raise HandError(f"hand: got {name!r:.80}; choose one of {', '.join(known)}")
+    return read_hand_file(path.read_bytes(), path.parent, _spans)
 
 
-def joint_table() -> list[tuple[str, str, float, tuple[float, float], float]]:
-    """Rows (joint, motor, data-sheet torque [N m], range [rad], greatest speed [rad/s])."""
+def _spans(model: Path) -> dict[str, tuple[float, float]]:
+    """Ranges of the actuators of a model that have one, by name [rad or m]."""
+    spec = mujoco.MjSpec.from_file(str(model))
+    ranges = {actuator.name: actuator.ctrlrange for actuator in spec.actuators}
+    return {name: (float(a), float(b)) for name, (a, b) in ranges.items() if a < b}
+
+
+def hand_spec(hand: Hand) -> mujoco.MjSpec:
+    """The model of a hand, new at each call."""
+    return mujoco.MjSpec.from_file(str(hand.model))
+
+
+def taxel_name(pad: Pad, row: int, column: int) -> str:
+    """Name of the geom that is a taxel, in the model of the hand."""
+    return f"{pad.name}_r{row:02d}_c{column}"
+
+
+def taxel_names(hand: Hand) -> list[list[str]]:
+    """Names of the taxels' geoms, row by row, for each pad; empty where there is no taxel."""
+    return [
+        [
+            taxel_name(pad, row, column) if pad.array.live[row, column] else ""
+            for row in range(pad.array.shape[0])
+            for column in range(pad.array.shape[1])
+        ]
+        for pad in hand.pads
+    ]
+
+
+def strip_taxels(spec: mujoco.MjSpec, hand: Hand) -> None:
+    """Remove the taxel geoms from a spec: kinematics and drawings do without them."""
+    taxels = {name for names in taxel_names(hand) for name in names}
+    for geom in list(spec.geoms):
+        if geom.name and geom.name in taxels:
+            spec.delete(geom)
+
+
+def joint_table(hand: Hand) -> list[tuple[str, str, float, tuple[float, float], float]]:
+    """Rows (joint, motor, rated torque [N m or N], range [rad or m], speed [rad/s or m/s])."""
+    moved = hand_kinematics(hand).selection != 0.0
+    model = hand_kinematics(hand).model
     rows = []
-    for index, m in enumerate(c.MOTORS):
-        reach = c.SPREAD_RANGE if m.kind == "spread" else c.PHALANX_RANGE
-        torque, speed = c.DATASHEET_TORQUE[m.kind], c.MAX_SPEED[m.kind]
-        rows.append((m.name, str(index), torque, reach, speed))
-        if m.kind == "spread":
-            rows.append((c.COUPLED_JOINT, f"{index} (coupled)", torque, reach, speed))
+    for index, motor in enumerate(hand.motors):
+        joints = [model.joint(int(k)).name for k in np.flatnonzero(moved[:, index])]
+        for joint in sorted(joints, key=lambda name: name != motor.name):
+            coupled = "" if joint == joints[0] or joint == motor.name else " (coupled)"
+            rows.append((joint, f"{index}{coupled}", motor.rated, motor.span, motor.speed))
     return rows
 
 
@@ -38,34 +85,66 @@ class HandKinematics:
     """Forward kinematics and Jacobians of the hand alone, by MuJoCo on the hand's own MJCF.
 
     Attributes:
-        model: the hand without taxel geoms; its world frame is the mounting face.
+        hand: the hand.
+        model: it, without taxel geoms; its world frame is the mounting face.
+        selection: all joint positions are this times the motors', (joints, motors).
     """
 
-    def __init__(self) -> None:
-        spec = mujoco.MjSpec.from_file(str(models_dir() / "schunk_sdh2" / "sdh2.xml"))
-        strip_taxels(spec)
+    def __init__(self, hand: Hand | None = None) -> None:
+        self.hand = hand or built_in_hand()
+        spec = hand_spec(self.hand)
+        strip_taxels(spec, self.hand)
         self.model = spec.compile()
-        joints = [self.model.joint(name).qposadr[0] for name in MOTOR_NAMES]
-        coupled = self.model.joint(c.COUPLED_JOINT).qposadr[0]
-        # qpos = selection @ motor angles; the same matrix takes joint to motor Jacobians.
-        self.selection = np.zeros((self.model.nq, len(MOTOR_NAMES)))
-        self.selection[joints, np.arange(len(joints))] = 1.0
-        self.selection[coupled, MOTOR_NAMES.index("spread")] = 1.0
+        # The same matrix takes joint to motor Jacobians.
+        self.selection = _selection(self.model, self.hand)
         self.selection.setflags(write=False)
 
     def at(self, angles: np.ndarray) -> HandPosture:
-        """The hand at motor angles (7,) [rad]."""
+        """The hand at motor positions (n,) [rad or m]."""
         return HandPosture(self, angles)
 
     def joint_positions(self, angles: np.ndarray) -> np.ndarray:
-        """Positions of all joints, the coupled one too, in the MJCF's order (8,) [rad]."""
+        """Positions of all joints, coupled ones too, in the MJCF's order [rad or m]."""
         return self.selection @ angles
 
+    def palm_offset(self) -> tuple[np.ndarray, np.ndarray]:
+        """Position (3,) [m] and quaternion (4,) of the palm on the mounting face."""
+        data = mujoco.MjData(self.model)
+        mujoco.mj_kinematics(self.model, data)
+        palm = self.model.body(self.hand.palm).id
+        return data.xpos[palm].copy(), data.xquat[palm].copy()
 
-@lru_cache(maxsize=1)
-def hand_kinematics() -> HandKinematics:
-    """The hand, compiled once per process."""
-    return HandKinematics()
+
+def _selection(model: mujoco.MjModel, hand: Hand) -> np.ndarray:
+    """What each joint moves by per motion of each motor (joints, motors), from the compiled model.
+
+    Raises:
+        HandError: a motor that is no actuator on a joint, or a joint that no motor moves.
+    """
+    selection = np.zeros((model.nq, len(hand.motors)))
+    for index, motor in enumerate(hand.motors):
+        actuator = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, motor.name)
+        if actuator < 0:
+            raise HandError(f"hand {hand.name}: its model has no actuator {motor.name}")
+        if model.actuator_trntype[actuator] != mujoco.mjtTrn.mjTRN_JOINT:
+            raise HandError(f"hand {hand.name}: the actuator {motor.name} does not drive a joint")
+        joint = model.actuator_trnid[actuator, 0]
+        selection[model.jnt_qposadr[joint], index] = 1.0 / model.actuator_gear[actuator, 0]
+    for k in np.flatnonzero(model.eq_type == mujoco.mjtEq.mjEQ_JOINT):
+        follower, leader = model.eq_obj1id[k], model.eq_obj2id[k]
+        ratio = model.eq_data[k, 1]
+        selection[model.jnt_qposadr[follower]] = ratio * selection[model.jnt_qposadr[leader]]
+    idle = np.flatnonzero(~selection.any(axis=1))
+    if len(idle):
+        name = model.joint(int(idle[0])).name
+        raise HandError(f"hand {hand.name}: no motor moves the joint {name}")
+    return selection
+
+
+@lru_cache(maxsize=8)
+def hand_kinematics(hand: Hand | None = None) -> HandKinematics:
+    """The kinematics of a hand (None: the SDH-2), compiled once per process."""
+    return HandKinematics(hand) if hand is not None else hand_kinematics(built_in_hand())
 
 
 class HandPosture:
@@ -73,7 +152,7 @@ class HandPosture:
 
     Args:
         kinematics: the hand.
-        angles: of its motors (7,) [rad].
+        angles: positions of its motors (n,) [rad or m].
     """
 
     def __init__(self, kinematics: HandKinematics, angles: np.ndarray) -> None:
@@ -82,7 +161,7 @@ class HandPosture:
         self._data.qpos[:] = kinematics.joint_positions(angles)
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_comPos(self._model, self._data)
-        palm = self._model.body("palm").id
+        palm = self._model.body(kinematics.hand.palm).id
         self._origin = self._data.xpos[palm].copy()
         self._axes = self._data.xmat[palm].reshape(3, 3).copy()
 
@@ -93,7 +172,7 @@ class HandPosture:
         return self._axes.T @ offset, self._axes.T @ self._data.xmat[index].reshape(3, 3)
 
     def jacobian(self, body: str, point: np.ndarray) -> np.ndarray:
-        """Velocity of a point of a body per motor velocity, in the palm frame (3, 7) [m/rad].
+        """Velocity of a point of a body per motor velocity, in the palm frame (3, n) [m/rad].
 
         Args:
             body: body that the point is fixed to.
@@ -105,14 +184,7 @@ class HandPosture:
         return self._axes.T @ full @ self._selection
 
     def spin_jacobian(self, body: str) -> np.ndarray:
-        """Angular velocity of a body per motor velocity, in the palm frame (3, 7) [rad/rad]."""
+        """Angular velocity of a body per motor velocity, in the palm frame (3, n) [rad/rad]."""
         full = np.zeros((3, self._model.nv))
         mujoco.mj_jacBody(self._model, self._data, None, full, self._model.body(body).id)
         return self._axes.T @ full @ self._selection
-
-
-def strip_taxels(spec: mujoco.MjSpec) -> None:
-    """Remove the taxel geoms from a spec: kinematics and drawings do without them."""
-    for geom in list(spec.geoms):
-        if geom.classname.name.endswith("sdh2_taxel"):
-            spec.delete(geom)

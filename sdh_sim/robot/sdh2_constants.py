@@ -170,3 +170,20 @@ PRESHAPES = {
     "centrical": _preshape(60, -75, 82, 75, -82),
     "spherical": _preshape(60, -40, 25, 40, 15),
 }
+
+CLOSING_RATE = 0.6  # closing ratio of a preshape per second: 49 deg/s, a quarter of the top speed
+# The quickest phalanx of a user's own closing moves as fast as that of a preshape [rad/s].
+CLOSING_SPEED = CLOSING_RATE * math.radians(82)
+# Motors that share a torque limit of the settings; the spread motor has that of the proximal ones.
+TORQUE_GROUPS = ("proximal", "distal")
+
+# --- where random grasps put the hand: chosen by the outcomes of trials, never by a metric --------
+
+# Distance from the palm frame to the grasp centre [m]: precision grasps take the distal pads.
+GRASP_DEPTH = {"parallel": (0.175, 0.235), "centrical": (0.175, 0.235),
+               "cylindrical": (0.15, 0.215), "spherical": (0.15, 0.215)}  # fmt: skip
+PRECISION_DEPTH = (0.205, 0.240)  # fingertips alone: nearer, the object meets the distal joints
+PRECISION_PRESHAPES = ("parallel", "centrical")  # whose distal links stay upright
+# Middle between the thumb and the finger pair along the palm's x [m]; with 60 degrees of spread
+# the three fingers close on the palm's axis.
+CLOSING_CENTRE = {name: 0.0 if shape.spread else -0.0095 for name, shape in PRESHAPES.items()}

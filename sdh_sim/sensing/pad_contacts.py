@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 import graspq as gq
 from sdh_sim.objects import ObjectInfo, surface_of
 from sdh_sim.poses import rotation_of
-from sdh_sim.robot import HandKinematics, live_mask, taxel_centres, torque_limits
-from sdh_sim.robot import sdh2_constants as c
+from sdh_sim.robot import HandKinematics, TaxelArray
 from sdh_sim.sensing.pad_contact import PadContact
 from sdh_sim.sensing.snapshot import TactileSnapshot
 
@@ -18,7 +19,7 @@ LOOK_DEPTH = 0.01  # beneath the pad's surface, in the finger [m]
 def pad_contacts(
     snapshot: TactileSnapshot,
     obj: ObjectInfo,
-    torque_limit: tuple[float, float],
+    torque_limit: Sequence[float],
     pads: str,
     kinematics: HandKinematics,
     surface_share: float = 1.0,
@@ -31,8 +32,8 @@ def pad_contacts(
     Args:
         snapshot: what the hand sensed.
         obj: shape, friction and centre of mass of the object.
-        torque_limit: (spread and proximal, distal) [N m].
-        pads: ``all`` or ``distal``.
+        torque_limit: of the groups of motors [N m or N].
+        pads: ``all`` or the kind of array whose pads count.
         kinematics: the hand.
         surface_share: 1 takes the normals of the object's surface, 0 the pads' own, and what lies
             between a mean of both.
@@ -40,18 +41,16 @@ def pad_contacts(
     posture = kinematics.at(snapshot.joint_angles)
     rotation, origin = rotation_of(snapshot.object_pose_hand[3:]), snapshot.object_pose_hand[:3]
     centre_of_mass = origin + rotation @ obj.com_m
-    limits = torque_limits(torque_limit)
+    limits = kinematics.hand.torque_limits(torque_limit)
     found = []
-    for index, (finger, kind) in enumerate(c.PADS):
-        if pads == "distal" and kind != "distal":
+    readings = {kind: iter(arrays) for kind, arrays in snapshot.tactile.items()}
+    for pad in kinematics.hand.pads:
+        reading = np.where(pad.array.live, next(readings[pad.array.kind]), 0.0)
+        if pads not in ("all", pad.array.kind) or not (reading > 0.0).any():
             continue
-        array = (snapshot.proximal if kind == "proximal" else snapshot.distal)[index % 3]
-        reading = np.where(live_mask(kind), array, 0.0)
-        if not (reading > 0.0).any():
-            continue
-        body = f"{finger}_{kind}"
+        body = pad.body
         link_position, link_rotation = posture.link(body)
-        point, normal, taxels = _tangent_patch(kind, reading)
+        point, normal, taxels = _tangent_patch(pad.array, reading)
         to_object = rotation.T @ link_rotation
         shift = rotation.T @ (link_position - centre_of_mass)
         linear = posture.jacobian(body, link_position + link_rotation @ point)
@@ -64,7 +63,7 @@ def pad_contacts(
         g_max = gq.max_normal_force(jacobian[:3], inward, limits)
         tau_max = gq.max_torsion(obj.friction, g_max, pressure, patch, centre)
         contact = gq.Contact(centre, inward, obj.friction, g_max, tau_max, patch)
-        found.append(PadContact(body, contact, jacobian))
+        found.append(PadContact(pad.name, contact, jacobian))
     return tuple(found)
 
 
@@ -88,7 +87,9 @@ def _surface_normal(
     return mixed / np.linalg.norm(mixed)
 
 
-def _tangent_patch(kind: str, reading: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _tangent_patch(
+    array: TaxelArray, reading: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Pressure-weighted centre on the pad, its normal, and active taxels in the tangent plane.
 
     Returns:
@@ -97,8 +98,8 @@ def _tangent_patch(kind: str, reading: np.ndarray) -> tuple[np.ndarray, np.ndarr
     rows, columns = np.nonzero(reading > 0.0)
     weight = reading[rows, columns]
     # The mean in the array's own coordinates stays on the curved pad; a mean in space would not.
-    point, normal = c.pad_surface(
-        kind, float(np.average(rows, weights=weight)), float(np.average(columns, weights=weight))
+    point, normal = array.surface(
+        float(np.average(rows, weights=weight)), float(np.average(columns, weights=weight))
     )
-    centres = taxel_centres(kind)[rows, columns]
+    centres = array.centres[rows, columns]
     return point, normal, centres - np.outer((centres - point) @ normal, normal)

@@ -5,6 +5,7 @@ Everything is expressed in a frame with the object's axes and its origin at the 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 import graspq as gq
 from sdh_sim.objects import ObjectInfo
 from sdh_sim.poses import rotation_of
-from sdh_sim.robot import HandKinematics, hand_kinematics, torque_limits
+from sdh_sim.robot import HandKinematics, hand_kinematics
 from sdh_sim.sensing.pad_contact import PadContact
 from sdh_sim.sensing.pad_contacts import pad_contacts
 from sdh_sim.sensing.snapshot import TactileSnapshot
@@ -31,7 +32,7 @@ class PerceivedGrasp:
     Attributes:
         snapshot: what the hand sensed.
         obj: the object as known: mass, friction, centre of mass.
-        torque_limits: of the motors (7,) [N m].
+        torque_limits: of the motors (n,) [N m or N].
         contacts: the pads in contact, object frame with its origin at the centre of mass.
         task: wrenches the hand must exert against gravity, same frame, (6, m) [N, N m].
         others: what touches besides ``contacts``: pads left out, and parts without taxels where
@@ -54,7 +55,7 @@ class PerceivedGrasp:
 def perceive(
     snapshot: TactileSnapshot,
     obj: ObjectInfo,
-    torque_limit: tuple[float, float],
+    torque_limit: Sequence[float],
     pads: str,
     kinematics: HandKinematics | None = None,
 ) -> PerceivedGrasp:
@@ -63,18 +64,19 @@ def perceive(
     Args:
         snapshot: what the hand sensed.
         obj: shape, mass, friction and centre of mass of the object.
-        torque_limit: (spread and proximal, distal) [N m].
-        pads: whose readings make ``contacts``: ``all`` or ``distal``.
+        torque_limit: of the groups of motors [N m or N].
+        pads: whose readings make ``contacts``: ``all``, or the kind of array.
         kinematics: the hand; None takes the one of the process.
     """
     kinematics = kinematics or hand_kinematics()
     every = pad_contacts(snapshot, obj, torque_limit, "all", kinematics)
-    taken = [pads == "all" or contact.pad.endswith("distal") for contact in every]
+    kinds = {pad.name: pad.array.kind for pad in kinematics.hand.pads}
+    taken = [pads in ("all", kinds[contact.pad]) for contact in every]
     left_out = tuple(contact for contact, kept in zip(every, taken, strict=True) if not kept)
     return PerceivedGrasp(
         snapshot=snapshot,
         obj=obj,
-        torque_limits=torque_limits(torque_limit),
+        torque_limits=kinematics.hand.torque_limits(torque_limit),
         contacts=tuple(contact for contact, kept in zip(every, taken, strict=True) if kept),
         task=gravity_task(snapshot, obj),
         others=left_out + unsensed_contacts(snapshot, obj, kinematics),

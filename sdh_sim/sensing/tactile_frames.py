@@ -8,7 +8,6 @@ import numpy as np
 from sdh_sim import poses
 from sdh_sim.cell import Scene, Simulation
 from sdh_sim.cell.contacts import taxel_forces
-from sdh_sim.robot import arrays
 from sdh_sim.sensing.snapshot import TactileSnapshot
 from sdh_sim.sensing.tactile_sensor import FRAME_RATE, TactileSensor
 
@@ -40,12 +39,10 @@ def take_snapshot(simulation: Simulation, sensor: TactileSensor | None = None) -
     """
     scene, data = simulation.scene, simulation.data
     if sensor is None:
-        sensor = TactileSensor(None, np.random.default_rng(0))
+        sensor = TactileSensor(None, np.random.default_rng(0), scene.hand)
         sensor.frame(taxel_forces(scene, data))
-    proximal, distal = arrays(sensor.read())
     return TactileSnapshot(
-        proximal=proximal,
-        distal=distal,
+        tactile=scene.hand.by_kind(sensor.read()),
         joint_angles=data.qpos[scene.motor_qpos].copy(),
         motor_torques=data.actuator_force[scene.motors].copy(),
         object_pose_hand=simulation.object_in_hand(),

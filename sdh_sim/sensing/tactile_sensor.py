@@ -9,15 +9,14 @@ is marked as an assumption is not published.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy import sparse
 
-from sdh_sim.robot import PAD_OFFSETS, TACTILE_SIZE, live_mask
-from sdh_sim.robot import sdh2_constants as c
+from sdh_sim.robot import Hand, built_in_hand
 
 FRAME_RATE = 30.0  # frames per second of the real arrays
-TAXEL_AREA = c.TAXEL_PITCH**2  # [m^2]
 TAXELS_SEED = 20170529  # of the spread and the dead taxels: one hand, the same in every trial
 
 
@@ -74,34 +73,46 @@ CREEP_REFERENCE = 3.0  # [s]
 
 
 class TactileSensor:
-    """The six arrays in time; ``frame`` must be called at FRAME_RATE while anything is touched.
+    """The arrays of a hand in time; ``frame`` must be called at FRAME_RATE while it touches.
 
     Attributes:
         model: the kind of array, None for an ideal one.
+        hand: whose arrays they are.
     """
 
-    def __init__(self, model: SensorModel | None, rng: np.random.Generator) -> None:
-        self.model = model
+    def __init__(
+        self, model: SensorModel | None, rng: np.random.Generator, hand: Hand | None = None
+    ) -> None:
+        """Without a load.
+
+        Args:
+            model: as above.
+            rng: of the noise.
+            hand: as above; None: the SDH-2.
+        """
+        self.model, self.hand = model, hand or built_in_hand()
         self._rng = rng
-        self._pressure = np.zeros(TACTILE_SIZE)
-        self._late = np.zeros(TACTILE_SIZE)
-        self._gains = np.ones(TACTILE_SIZE)
+        size = self.hand.tactile_size
+        self._area = taxel_areas(self.hand)
+        self._pressure = np.zeros(size)
+        self._late = np.zeros(size)
+        self._gains = np.ones(size)
         if model is not None:
             taxels = np.random.default_rng(TAXELS_SEED)
-            self._gains += model.gain_spread * taxels.standard_normal(TACTILE_SIZE)
-            self._gains[taxels.random(TACTILE_SIZE) < model.dead_share] = 0.0
+            self._gains += model.gain_spread * taxels.standard_normal(size)
+            self._gains[taxels.random(size) < model.dead_share] = 0.0
 
     def frame(self, forces: np.ndarray) -> None:
-        """Take in the normal force on every taxel (486,) [N], 1 / FRAME_RATE after the last."""
-        self._pressure = forces / TAXEL_AREA * 1e-3
+        """Take in the normal force on every taxel (taxels,) [N], 1 / FRAME_RATE after the last."""
+        self._pressure = forces / self._area * 1e-3
         if self.model is None:
             return
-        self._pressure = spread_pressure(self._pressure, self.model.crosstalk)
+        self._pressure = spread_pressure(self._pressure, self.model.crosstalk, self.hand)
         decay = np.exp(-1.0 / (FRAME_RATE * self.model.creep_time))
         self._late = self._pressure + decay * (self._late - self._pressure)
 
     def read(self) -> np.ndarray:
-        """Readings of the last frame (486,) [kPa].
+        """Readings of the last frame (taxels,) [kPa].
 
         From the ``dsa`` arrays, counts over gain as a user has them: the dead zone is lost.
         """
@@ -111,27 +122,35 @@ class TactileSensor:
         share = model.creep_share
         at_reference = 1.0 - share * np.exp(-CREEP_REFERENCE / model.creep_time)
         sensed = ((1.0 - share) * self._pressure + share * self._late) / at_reference
-        noise = model.noise * self._rng.standard_normal(TACTILE_SIZE)
+        noise = model.noise * self._rng.standard_normal(len(sensed))
         return model.counts(sensed, self._gains, noise) / model.gain
 
 
-def spread_pressure(pressure: np.ndarray, share: float) -> np.ndarray:
-    """Pressure (486,) after each taxel gave a share of it to each live neighbour: the sum stays."""
-    return pressure + share * (_NEIGHBOURS @ pressure - _DEGREE * pressure)
+@lru_cache(maxsize=8)
+def taxel_areas(hand: Hand) -> np.ndarray:
+    """Area of every taxel of a hand, flat (taxels,) [m^2]."""
+    return np.concatenate([np.full(pad.array.live.size, pad.array.pitch**2) for pad in hand.pads])
 
 
-def _neighbours() -> sparse.csr_array:
-    """Which taxels touch along an edge, (486, 486)."""
-    touch = np.zeros((TACTILE_SIZE, TACTILE_SIZE))
-    for offset, (_, kind) in zip(PAD_OFFSETS[:-1], c.PADS, strict=True):
-        live = live_mask(kind)
+def spread_pressure(pressure: np.ndarray, share: float, hand: Hand) -> np.ndarray:
+    """Pressure (taxels,) after each taxel gave a share of it to each live neighbour.
+
+    The sum over an array stays.
+    """
+    neighbours, degree = _neighbours(hand)
+    return pressure + share * (neighbours @ pressure - degree * pressure)
+
+
+@lru_cache(maxsize=8)
+def _neighbours(hand: Hand) -> tuple[sparse.csr_array, np.ndarray]:
+    """Which taxels of a hand touch along an edge (taxels, taxels), and how many each (taxels,)."""
+    touch = np.zeros((hand.tactile_size, hand.tactile_size))
+    for offset, pad in zip(hand.pad_offsets[:-1], hand.pads, strict=True):
+        live = pad.array.live
         index = offset + np.arange(live.size).reshape(live.shape)
         for first, second in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
             both = live[first] & live[second]
             a, b = index[first][both], index[second][both]
             touch[a, b] = touch[b, a] = 1.0
-    return sparse.csr_array(touch)
-
-
-_NEIGHBOURS = _neighbours()
-_DEGREE = _NEIGHBOURS.sum(axis=1)
+    found = sparse.csr_array(touch)
+    return found, found.sum(axis=1)

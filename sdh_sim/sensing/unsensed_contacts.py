@@ -14,10 +14,9 @@ import numpy as np
 import graspq as gq
 from sdh_sim import poses
 from sdh_sim.cell.contacts import contact_points
-from sdh_sim.model_files import models_dir
 from sdh_sim.objects import OBJECT, ObjectInfo, object_spec
 from sdh_sim.poses import rotation_of
-from sdh_sim.robot import HandKinematics, HandPosture, strip_taxels
+from sdh_sim.robot import Hand, HandKinematics, HandPosture, hand_spec, strip_taxels
 from sdh_sim.sensing.pad_contact import PadContact
 from sdh_sim.sensing.snapshot import TactileSnapshot
 from sdh_sim.user_references import ObjectFolder
@@ -43,7 +42,9 @@ def unsensed_contacts(
     """
     posture = kinematics.at(snapshot.joint_angles)
     joints = kinematics.joint_positions(snapshot.joint_angles)
-    found = _shapes(obj.name, obj.folder).touching(joints, snapshot.object_pose_hand)
+    found = _shapes(kinematics.hand, obj.name, obj.folder).touching(
+        joints, snapshot.object_pose_hand
+    )
     return tuple(_contact(*contact, snapshot, obj, posture) for contact in found)
 
 
@@ -68,9 +69,9 @@ def _contact(
 class _Shapes:
     """Collision shapes of the hand without its taxels, and of one object."""
 
-    def __init__(self, name: str, folder: ObjectFolder | None) -> None:
-        spec = mujoco.MjSpec.from_file(str(models_dir() / "schunk_sdh2" / "sdh2.xml"))
-        strip_taxels(spec)
+    def __init__(self, hand: Hand, name: str, folder: ObjectFolder | None) -> None:
+        spec = hand_spec(hand)
+        strip_taxels(spec, hand)
         frame = spec.worldbody.add_frame()
         spec.attach(object_spec(name, folder), prefix=OBJECT, frame=frame)
         spec.body(f"{OBJECT}object").add_freejoint(name="free")
@@ -83,7 +84,7 @@ class _Shapes:
         free = int(model.joint("free").qposadr[0])
         self._free = slice(free, free + 7)
         self._hand = slice(0, free)
-        self._palm = model.body("palm").id
+        self._palm = model.body(hand.palm).id
 
     def touching(
         self, joints: np.ndarray, pose: np.ndarray
@@ -109,5 +110,5 @@ class _Shapes:
 
 
 @lru_cache(maxsize=16)
-def _shapes(name: str, folder: ObjectFolder | None) -> _Shapes:
-    return _Shapes(name, folder)
+def _shapes(hand: Hand, name: str, folder: ObjectFolder | None) -> _Shapes:
+    return _Shapes(hand, name, folder)

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from sdh_sim.cell import Simulation
-from sdh_sim.robot import along, palm_motion_of
+from sdh_sim.robot import along
 from sdh_sim.trial.outcome import Motion, watch
 
 TURN = math.radians(120)  # of the wrist, either way
@@ -48,7 +48,7 @@ def _turn(start: np.ndarray, simulation: Simulation) -> list[np.ndarray]:
 
 
 def _shake(start: np.ndarray, simulation: Simulation) -> list[np.ndarray]:
-    arm = palm_motion_of(simulation.scene.settings.arm)
+    arm = simulation.scene.palm_motion
     position, rotation = arm.palm_pose(start)
     sideways = SHAKE_AMPLITUDE * rotation[:, 0]
     ends = [arm.solve(position + sign * sideways, rotation, start) for sign in (-1.0, 1.0)]

@@ -8,7 +8,7 @@ import numpy as np
 
 from sdh_sim.cell import Simulation
 from sdh_sim.grasping import MotionPlan
-from sdh_sim.robot import along, palm_motion_of
+from sdh_sim.robot import along
 from sdh_sim.trial.outcome import Motion, watch
 
 LIFT_TIME, HOLD_TIME = 1.5, 2.0  # [s]
@@ -29,7 +29,7 @@ def lift(simulation: Simulation, motion: MotionPlan, before: np.ndarray) -> Moti
 
 
 def _references(simulation: Simulation, motion: MotionPlan) -> Iterator[np.ndarray]:
-    duration = palm_motion_of(simulation.scene.settings.arm).duration(motion.lift, LIFT_TIME)
+    duration = simulation.scene.palm_motion.duration(motion.lift, LIFT_TIME)
     for k in range(1, round((duration + HOLD_TIME) / simulation.tick_time) + 1):
         share = k * simulation.tick_time / duration
         simulation.phase = "lift" if share <= 1.0 else "hold"

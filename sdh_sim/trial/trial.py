@@ -94,7 +94,7 @@ class Trial:
         self.prediction: Prediction | None = None
         self.diverged: dict[str, np.ndarray] | None = None
         self.row = TrialRow(object=settings.object, seed=seed)
-        self._sensor = TactileSensor(PRESETS[settings.sensor], self._rng(_SENSOR))
+        self._sensor = TactileSensor(PRESETS[settings.sensor], self._rng(_SENSOR), self.scene.hand)
         self._grasped: np.ndarray | None = None
         self._lifted: np.ndarray | None = None
         self._weighed: dict[str, np.ndarray] = {}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import rerun.blueprint as rrb
 
-from sdh_sim.robot import PAD_NAMES
+from sdh_sim.robot import Hand
 from sdh_sim.trial import TrialLog
 from sdh_sim.viewing.style import FULL_SCALE, TIMELINE, WRENCH_SPACE
 
@@ -22,7 +22,7 @@ def blueprint(log: TrialLog) -> rrb.Blueprint:
             name=f"{name.replace('_', ' ')}, 0-{FULL_SCALE:.0f} N",
             background=(58, 60, 66),
         )
-        for name in sorted(PAD_NAMES, key=lambda name: "proximal" in name)
+        for name in reversed_by_kind(log.scene.hand)
     ]
     torques = rrb.TimeSeriesView(
         origin="torque", name="motor torque [N m]",
@@ -51,6 +51,12 @@ def blueprint(log: TrialLog) -> rrb.Blueprint:
         rrb.SelectionPanel(state="collapsed"),
         rrb.BlueprintPanel(state="collapsed"),
     )  # fmt: skip
+
+
+def reversed_by_kind(hand: Hand) -> list[str]:
+    """Names of the pads, the last kind of array first: fingertips stand above."""
+    kinds = list(hand.arrays)
+    return [pad.name for pad in sorted(hand.pads, key=lambda pad: -kinds.index(pad.array.kind))]
 
 
 def _eye(log: TrialLog) -> rrb.EyeControls3D:

@@ -16,8 +16,7 @@ import rerun as rr
 
 from sdh_sim.atomic_files import write_atomic
 from sdh_sim.errors import RunError
-from sdh_sim.robot import MOTOR_NAMES, PAD_NAMES, arrays, live_mask, taxel_centres, torque_limits
-from sdh_sim.robot import sdh2_constants as c
+from sdh_sim.robot import HAND
 from sdh_sim.trial import TrialLog
 from sdh_sim.viewing.geometry import body_path, log_geometry
 from sdh_sim.viewing.layout import blueprint
@@ -25,9 +24,9 @@ from sdh_sim.viewing.perceived_contacts import least_effort_forces, log_contacts
 from sdh_sim.viewing.style import (
     FORCE_SCALE,
     FULL_SCALE,
+    LIMIT_COLORS,
     LIMIT_SCALE,
     MOTOR_COLORS,
-    SERIES_OF_LIMIT,
     TIMELINE,
     heat_colors,
 )
@@ -190,13 +189,12 @@ def _log_poses(stream: rr.RecordingStream, log: TrialLog) -> None:
 
 def _log_tactile(stream: rr.RecordingStream, log: TrialLog) -> None:
     """For each pad an image of forces [N], and its taxels as coloured points on the link."""
-    frames = [arrays(sample) for sample in log.tactile]
-    for index, (_finger, kind) in enumerate(c.PADS):
-        which = 0 if kind == "proximal" else 1
-        live = live_mask(kind)
-        forces = np.array([frame[which][index % 3] for frame in frames], dtype=np.float32)
-        name = PAD_NAMES[index]
-        rows, columns = forces.shape[1:]
+    hand = log.scene.hand
+    for pad, start in zip(hand.pads, hand.pad_offsets[:-1], strict=True):
+        live, name = pad.array.live, pad.name
+        rows, columns = pad.array.shape
+        forces = log.tactile[:, start : start + live.size].astype(np.float32)
+        forces = forces.reshape(-1, rows, columns)
         layout = rr.components.ImageFormat(
             width=columns, height=rows, channel_datatype=rr.ChannelDatatype.F32
         )
@@ -208,10 +206,10 @@ def _log_tactile(stream: rr.RecordingStream, log: TrialLog) -> None:
         buffers = forces.reshape(len(forces), -1).view(np.uint8)
         stream.send_columns(path, [_times(log)], rr.DepthImage.columns(buffer=buffers))
 
-        points = f"{body_path(log.scene.model, log.scene.model.body(f'hand/{name}').id)}/taxels"
+        points = f"{body_path(log.scene.model, log.scene.model.body(HAND + pad.body).id)}/taxels"
         stream.log(
             points,
-            rr.Points3D(taxel_centres(kind)[live], radii=0.4 * c.TAXEL_PITCH),
+            rr.Points3D(pad.array.centres[live], radii=0.4 * pad.array.pitch),
             static=True,
         )
         colors = heat_colors(forces[:, live])
@@ -238,18 +236,21 @@ def _set_to_snapshot(stream: rr.RecordingStream, log: TrialLog) -> None:
 
 def _log_series(stream: rr.RecordingStream, log: TrialLog) -> None:
     """Motor torques [N m] with their limits, and the object's height [mm]."""
-    for index, name in enumerate(MOTOR_NAMES):
+    hand = log.scene.hand
+    for index, name in enumerate(hand.motor_names):
         path = f"torque/{name}"
-        style = rr.SeriesLines(colors=MOTOR_COLORS[index], names=name, widths=1.5)
+        style = rr.SeriesLines(
+            colors=MOTOR_COLORS[index % len(MOTOR_COLORS)], names=name, widths=1.5
+        )
         stream.log(path, style, static=True)
         values = rr.Scalars.columns(scalars=log.motor_torque[:, index])
         stream.send_columns(path, [_times(log)], values)
-    limits = torque_limits(log.scene.settings.torque_limit)
     ends = log.time[[0, -1]]
-    for name, motor, color in SERIES_OF_LIMIT:
-        path = f"torque/limit_{motor.rpartition('_')[2]}"
-        limit = limits[MOTOR_NAMES.index(motor)]
-        style = rr.SeriesLines(colors=color, names=f"limit {name}", widths=3.0)
+    limits = zip(hand.groups, log.scene.settings.torque_limit, strict=True)
+    for index, (group, limit) in enumerate(limits):
+        path = f"torque/limit_{group}"
+        color = LIMIT_COLORS[index % len(LIMIT_COLORS)]
+        style = rr.SeriesLines(colors=color, names=f"limit, {group}", widths=3.0)
         stream.log(path, style, static=True)
         values = rr.Scalars.columns(scalars=[limit, limit])
         stream.send_columns(path, [rr.TimeColumn(TIMELINE, duration=ends)], values)

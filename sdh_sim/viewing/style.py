@@ -14,11 +14,8 @@ MOTOR_COLORS = [
     (120, 120, 120), (220, 60, 60), (250, 160, 120), (60, 90, 220), (120, 190, 250),
     (40, 150, 70), (160, 220, 110),
 ]  # fmt: skip
-# Name, a motor that has this limit, colour.
-SERIES_OF_LIMIT = (
-    ("spread and proximal", "finger1_proximal", (255, 60, 200)),
-    ("distal", "finger1_distal", (255, 150, 0)),
-)
+# Of the limits of the motors' groups.
+LIMIT_COLORS = ((255, 60, 200), (255, 150, 0), (90, 200, 90), (150, 110, 250))
 
 # Red, green, blue of a taxel from no force to full scale.
 _HEAT = np.array([(45, 45, 55), (120, 30, 110), (220, 60, 60), (250, 160, 30), (255, 250, 150)])

@@ -43,7 +43,10 @@ def verdict_markdown(log: TrialLog, least: gq.ContactForces | None) -> str:
                          + (f" ({row['q_reason']})" if row.get("q_reason") else "")),
         ("contacts, g*", contacts),
         ("forces of least effort for the weight", forces),
-        ("torque limit", f"{limit[0]:.3f} N m, distal {limit[1]:.3f} N m"),
+        ("torque limit", ", ".join(
+            f"{group} {value:.3f} N m"
+            for group, value in zip(log.scene.hand.groups, limit, strict=True)
+        )),
         ("plan", _plan(row)),
     ]  # fmt: skip
     table = [f"| {name} | {text} |" for name, text in facts]
