@@ -13,12 +13,14 @@ from sdh_sim.objects.catalogue import (
     user_object,
 )
 from sdh_sim.objects.facts import DEFAULT_SPREAD, Spread
+from sdh_sim.objects.geoms import HARD_SOLREF
 from sdh_sim.objects.object_info import ObjectInfo
 from sdh_sim.objects.surface import ObjectSurface, surface_of
 from sdh_sim.objects.user_objects import UserObject
 
 __all__ = [
     "DEFAULT_SPREAD",
+    "HARD_SOLREF",
     "OBJECT",
     "PAPER_ORDER",
     "ObjectInfo",

@@ -13,6 +13,7 @@ import importlib.metadata
 import importlib.util
 import io
 import json
+import logging
 import os
 import subprocess
 import sys
@@ -28,6 +29,7 @@ from sdh_sim.objects.mesh_files import MAX_FACES, MeshPiece
 # CoACD's own defaults but for the seed, which it documents, and as many parts as are taken.
 PARAMETERS = {"threshold": 0.05, "max_convex_hull": 64, "seed": 0}
 MAX_SECONDS = 900.0
+_LOG = logging.getLogger(__name__)
 _PROCESS = "sdh_sim.objects.coacd_process"
 
 
@@ -59,6 +61,8 @@ def decomposed(vertices: np.ndarray, faces: np.ndarray) -> list[MeshPiece]:
     kept = _from_cache(path)
     if kept is not None:
         return kept
+    # It may take minutes, in which nothing else would be seen.
+    _LOG.warning("decomposing a mesh of %d triangles by CoACD; the parts are kept", len(faces))
     result = _run(mesh)
     found = _unpacked(result)
     if not found:

@@ -9,7 +9,7 @@ from sdh_sim.errors import MjcfError
 from sdh_sim.objects.collision_shape import collision_vertices
 from sdh_sim.objects.facts import Facts
 from sdh_sim.objects.folder_reader import Folder
-from sdh_sim.objects.standing import standing_pose
+from sdh_sim.objects.standing import proposed_pose, settle
 from sdh_sim.poses import rotation_of
 
 
@@ -49,16 +49,17 @@ def set_mass_and_pose(folder: Folder, spec: mujoco.MjSpec, facts: Facts, file: s
     else:
         inertia = _inertia_matrix(facts.inertia)
         _check_inertia(folder, inertia, facts.mass, np.maximum(high - com, com - low))
-    quat, notes = standing_pose(folder, model, points, com, facts)
-    turn = rotation_of(np.array(quat))
+    standing = proposed_pose(folder, model, points, com, facts)
+    turn = rotation_of(np.array(standing.quat))
     height = -float((points @ turn.T)[:, 2].min())
-    body.pos, body.quat = (0.0, 0.0, height), quat
+    body.pos, body.quat = (0.0, 0.0, height), standing.quat
     body.explicitinertial = True
     body.mass, body.ipos = facts.mass, com
     body.iquat = (1.0, 0.0, 0.0, 0.0)
     body.fullinertia = (*np.diag(inertia), inertia[0, 1], inertia[0, 2], inertia[1, 2])
-    w, *axis = quat
-    foot = turn.T @ np.array([0.0, 0.0, -height])
+    notes = settle(folder, spec, facts, standing)
+    w, *axis = body.quat
+    foot = rotation_of(np.array(body.quat)).T @ np.array([0.0, 0.0, -body.pos[2]])
     body.add_site(name="base", pos=foot, quat=(w, *(-a for a in axis)), size=[0.005] * 3, group=4)
     return notes
 

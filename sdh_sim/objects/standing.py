@@ -2,10 +2,12 @@
 
 It stands as ``up`` says where it rests so. A base that is not quite level (every scan has one) lets
 it tilt into the stable pose nearest to that. What would tilt further falls over, and is refused.
+Statics propose the pose, the simulation has it come to rest.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import islice
 
 import mujoco
@@ -15,10 +17,14 @@ from sdh_sim.errors import ObjectError
 from sdh_sim.objects.collision_shape import shapes_of
 from sdh_sim.objects.facts import Facts
 from sdh_sim.objects.folder_reader import Folder
+from sdh_sim.objects.settling import come_to_rest
 from sdh_sim.objects.stable_poses import LEVEL, StablePose, margin_within, stable_poses
 from sdh_sim.poses import product, rotation_of
 
 FALLS = np.radians(15.0)  # an object that would tilt further than that falls over
+SHIFTS = np.radians(0.5)  # one that tilts less when the table yields is left as it is
+STILL = (1e-4, np.radians(0.1))  # speeds at rest [m/s], [rad/s]
+ROLLS = 0.02  # a ball of triangles rolls slowly; faster, an object is not at rest [m/s]
 ROUND_BASE = 0.001  # of a round shape, what is so near the lowest point bears the object [m]
 ROUND_TILT = np.radians(3.0)  # angle between the points that stand for a round shape
 HALF = np.sqrt(0.5)
@@ -34,10 +40,23 @@ _ROUND = (
 Quat = tuple[float, float, float, float]
 
 
-def standing_pose(
+@dataclass(frozen=True)
+class Standing:
+    """How an object stands.
+
+    Attributes:
+        quat: orientation, w x y z.
+        number: of the stable pose; 0: as ``up`` says.
+    """
+
+    quat: Quat
+    number: int
+
+
+def proposed_pose(
     folder: Folder, model: mujoco.MjModel, points: np.ndarray, com: np.ndarray, facts: Facts
-) -> tuple[Quat, list[str]]:
-    """Orientation w x y z in which an object stands on the table, and notes for the user.
+) -> Standing:
+    """How an object stands on a rigid plane.
 
     Args:
         folder: the object's, for messages.
@@ -52,26 +71,71 @@ def standing_pose(
     upright: Quat = STANDING[facts.up]
     down = -rotation_of(np.array(upright))[2]
     poses = stable_poses(points, com, down)
-    if facts.pose is None:
-        depth = points @ down
-        if margin_within(points[depth >= depth.max() - LEVEL], com, down) > 0.0:
-            return upright, []
-        nearest = next(poses, None)
-        if nearest is not None and nearest.tilt <= ROUND_TILT and _stands_round(
-            model, points, com, down
-        ):
-            return upright, []
-        if nearest is None or nearest.tilt > FALLS:
-            raise _falls(folder, facts.up, _beside(points, com, down), nearest)
-        chosen = nearest
-    else:
+    if facts.pose is not None:
         found = list(islice(poses, facts.pose))
         if len(found) < facts.pose:
             raise folder.error(
                 f"object.toml: pose is 'stable:{facts.pose}'; it has {len(found)} stable poses"
             )
-        chosen = found[-1]
-    return _tilted(upright, down, chosen.down), [_told(chosen, facts)]
+        return Standing(_tilted(upright, down, found[-1].down), facts.pose)
+    depth = points @ down
+    if margin_within(points[depth >= depth.max() - LEVEL], com, down) > 0.0:
+        return Standing(upright, 0)
+    nearest = next(poses, None)
+    near = nearest is not None and nearest.tilt <= ROUND_TILT
+    if near and _stands_round(model, points, com, down):
+        return Standing(upright, 0)
+    if nearest is None or nearest.tilt > FALLS:
+        raise _falls(folder, facts.up, _beside(points, com, down), nearest)
+    return Standing(_tilted(upright, down, nearest.down), 1)
+
+
+def settle(folder: Folder, spec: mujoco.MjSpec, facts: Facts, proposed: Standing) -> list[str]:
+    """Let an object come to rest on the table, which yields; notes for the user.
+
+    An object that stands as ``up`` says and hardly moves is left as it is, as built-in ones are.
+
+    Args:
+        folder: the object's, for messages.
+        spec: the object in the pose proposed; its pose is changed in place.
+        facts: what ``object.toml`` says.
+        proposed: how it stands on a rigid plane.
+
+    Raises:
+        ObjectError: it falls over, or does not come to rest.
+    """
+    rest = come_to_rest(spec, facts.friction)
+    up = -rotation_of(np.array(STANDING[facts.up]))[2]
+    tilt = float(np.arccos(np.clip(-rotation_of(rest.quat)[2] @ up, -1.0, 1.0)))
+    if facts.pose is None and tilt > FALLS:
+        raise folder.error(
+            f"it falls over: put on the table with {facts.up} up, it tips by "
+            f"{np.degrees(tilt):.0f}°, since its base is narrow and the table yields; set up or "
+            'pose = "stable:1" in object.toml, or correct com'
+        )
+    if facts.pose is not None and rest.turned > FALLS:
+        raise folder.error(
+            f"object.toml: pose is 'stable:{facts.pose}', in which it falls over by "
+            f"{np.degrees(rest.turned):.0f}°, since its base is narrow and the table yields; give "
+            "another"
+        )
+    if rest.speed > ROLLS:
+        raise folder.error(
+            f"it does not come to rest on the table: it moves by {1e3 * rest.speed:.0f} mm/s; set "
+            "up or pose in object.toml"
+        )
+    notes = []
+    if proposed.number or rest.turned > SHIFTS:
+        body = spec.body("object")
+        body.quat, body.pos = rest.quat, (0.0, 0.0, rest.height)
+        number = f"stable pose {proposed.number}, " if proposed.number else "at rest "
+        notes.append(f"{number}tilted by {np.degrees(tilt):.2g}° from {facts.up} up")
+    if rest.speed > STILL[0] or rest.turn_rate > STILL[1]:
+        notes.append(
+            f"still moves on the table, by {1e3 * rest.speed:.2g} mm and "
+            f"{np.degrees(rest.turn_rate):.2g}° in a second"
+        )
+    return notes
 
 
 def _beside(points: np.ndarray, com: np.ndarray, down: np.ndarray) -> float:
@@ -101,15 +165,10 @@ def _falls(folder: Folder, up: str, beside: float, nearest: StablePose | None) -
     )
 
 
-def _told(pose: StablePose, facts: Facts) -> str:
-    number = 1 if facts.pose is None else facts.pose
-    return f"stable pose {number}, tilted by {np.degrees(pose.tilt):.2g}° from {facts.up} up"
-
-
 def _stands_round(
     model: mujoco.MjModel, points: np.ndarray, com: np.ndarray, down: np.ndarray
 ) -> bool:
-    """Whether a round shape bears the object; arguments as ``standing_pose``.
+    """Whether a round shape bears the object; arguments as ``proposed_pose``.
 
     Points on the surface stand for a round shape, so that the hull has facets where the shape has
     none. Such an object rests as it is.
