@@ -17,6 +17,7 @@ from sdh_sim.objects.geoms import HARD_SOLREF
 from sdh_sim.poses import turn_between
 
 PLACE = (0.45, 0.0)  # anywhere on the table [m]
+PUSH = 1e-5  # at the start: what balances on a line would stay there by symmetry alone [rad/s]
 SETTLES, WATCHED = 1.5, 0.5  # time to come to rest, and how long it is watched then [s]
 
 
@@ -55,6 +56,7 @@ def come_to_rest(spec: mujoco.MjSpec, friction: float) -> Rest:
     model.geom_friction[table, 0] = min(model.geom_friction[table, 0], friction)
     data = mujoco.MjData(model)
     data.qpos[:2] += PLACE
+    data.qvel[3:5] = PUSH
     start = data.qpos.copy()
     settled = start
     for duration in (SETTLES, WATCHED):
