@@ -17,9 +17,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from sdh_sim.errors import MeshError
-from sdh_sim.objects.mesh_files import MeshPiece
+from sdh_sim.objects.mesh_limits import MAX_PARTS, MeshPiece
 
-MAX_PARTS = 64
 # Corners that a file should have at one place differ by its rounding: six digits of text, or single
 # precision far from the origin. Relative to the diagonal of the mesh's box; the first that closes
 # the surface is taken.
@@ -99,7 +98,7 @@ def find_surfaces(pieces: list[MeshPiece]) -> Surfaces:
         rest = rest.some(still)
     return Surfaces(
         [surface for _, surface in sorted(found, key=lambda entry: entry[0])],
-        _merged(rest.corners)[:2] if len(rest.place) else None,
+        _merged(rest.corners).mesh if len(rest.place) else None,
         joined,
         weld,
     )
@@ -117,7 +116,8 @@ def _take_closed(
         tolerance: corners nearer than that are one.
         found: surfaces with the place of their first triangle in the file; appended to.
     """
-    vertices, faces, kept = _merged(some.corners, tolerance)
+    merged = _merged(some.corners, tolerance)
+    (vertices, faces), kept = merged.mesh, merged.kept
     left = np.zeros(len(some.place), bool)
     if not len(faces):
         return left
@@ -148,8 +148,21 @@ def _check_number(parts: int) -> None:
         )
 
 
-def _merged(corners: np.ndarray, tolerance: float = 0.0) -> tuple[np.ndarray, ...]:
-    """Vertices (n, 3), triangles (m, 3) with an area, and which triangles these are (m,).
+@dataclass(frozen=True)
+class _Merged:
+    """Triangles that share corners.
+
+    Attributes:
+        mesh: vertices (n, 3) and triangles (m, 3) with three corners each.
+        kept: which of the triangles given these are (m,).
+    """
+
+    mesh: MeshPiece
+    kept: np.ndarray
+
+
+def _merged(corners: np.ndarray, tolerance: float = 0.0) -> _Merged:
+    """Corners at one place become one; triangles without three corners go.
 
     Args:
         corners: of triangles (k, 3, 3).
@@ -162,7 +175,7 @@ def _merged(corners: np.ndarray, tolerance: float = 0.0) -> tuple[np.ndarray, ..
     triangles = index.reshape(-1, 3)
     a, b, c = triangles.T
     kept = np.flatnonzero((a != b) & (b != c) & (c != a))
-    return vertices, triangles[kept], kept
+    return _Merged((vertices, triangles[kept]), kept)
 
 
 def _weld(vertices: np.ndarray, tolerance: float) -> np.ndarray:

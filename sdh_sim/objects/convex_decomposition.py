@@ -24,13 +24,13 @@ import numpy as np
 
 from sdh_sim.atomic_files import write_atomic
 from sdh_sim.errors import MeshError
-from sdh_sim.objects.mesh_files import MAX_FACES, MeshPiece
+from sdh_sim.objects.mesh_limits import MAX_FACES, MeshPiece
 
 # CoACD's own defaults but for the seed, which it documents, and as many parts as are taken.
 PARAMETERS = {"threshold": 0.05, "max_convex_hull": 64, "seed": 0}
 MAX_SECONDS = 900.0
 _LOG = logging.getLogger(__name__)
-_PROCESS = "sdh_sim.objects.coacd_process"
+_PROCESS = Path(__file__).with_name("coacd_process.py")
 
 
 def decomposed(vertices: np.ndarray, faces: np.ndarray) -> list[MeshPiece]:
@@ -86,7 +86,7 @@ def _run(mesh: bytes) -> bytes:
     """What the process prints for a mesh; raises MeshError where it fails."""
     try:
         done = subprocess.run(
-            [sys.executable, "-m", _PROCESS, json.dumps(PARAMETERS)],
+            [sys.executable, "-P", str(_PROCESS), json.dumps(PARAMETERS)],
             input=mesh,
             capture_output=True,
             timeout=MAX_SECONDS,
@@ -98,7 +98,7 @@ def _run(mesh: bytes) -> bytes:
         ) from error
     if done.returncode:
         lines = done.stderr.decode("utf-8", "replace").strip().splitlines()
-        reason = (lines or [f"exit status {done.returncode}"])[-1][:120]
+        reason = ": ".join([f"exit status {done.returncode}", *lines[-1:]])[:140]
         raise MeshError(f"is a mesh that CoACD fails on ({reason}); repair it, or use hull = true")
     return done.stdout
 

@@ -26,7 +26,7 @@ def stl_kind(data: bytes) -> tuple[bytes, str]:
         return data, "stl"
     if data[:1024].lstrip()[:5].lower() == b"solid" and b"\0" not in data:
         return data, "stl_ascii"
-    if 0 < count and expected < len(data):
+    if count > 0 and expected < len(data):
         return data[:expected], "stl"
     raise MeshError(
         f"is not a mesh that can be read as STL: as binary it claims {count} triangles, "

@@ -9,12 +9,15 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from pathlib import PurePosixPath
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sdh_sim.errors import ObjectError
-from sdh_sim.objects.folder_reader import Folder
-from sdh_sim.objects.mesh_files import MeshPiece
+from sdh_sim.objects.mesh_limits import MeshPiece
+
+if TYPE_CHECKING:
+    from sdh_sim.objects.folder_reader import Folder
 
 MAX_MTL = 1 << 20  # [bytes]
 MAX_LIBRARIES = 8

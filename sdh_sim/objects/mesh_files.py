@@ -13,7 +13,7 @@ import logging
 import re
 import struct
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -21,13 +21,10 @@ import trimesh
 
 from sdh_sim.errors import MeshError
 from sdh_sim.objects.mesh_bytes import read_msh, stl_kind
+from sdh_sim.objects.mesh_limits import MAX_FACES, MeshPiece
 
-MAX_FACES = 100_000
 MAX_GROUPS = 1000  # that an OBJ file divides its faces into
 _GROUP = re.compile(rb"(?m)^[ \t]*(?:o|g|usemtl|s|endsolid)\b")
-
-MeshPiece = tuple[np.ndarray, np.ndarray]
-"""Vertices (n, 3) and corners of the triangles (m, 3), indices of vertices."""
 
 
 def read_mesh(data: bytes, ending: str) -> list[MeshPiece]:
@@ -69,13 +66,6 @@ def read_mesh(data: bytes, ending: str) -> list[MeshPiece]:
         raise MeshError("holds no triangles")
     _check_faces(sum(len(p[1]) for p in pieces))
     return pieces
-
-
-def joined(pieces: Sequence[MeshPiece]) -> MeshPiece:
-    """Pieces as one: vertices (n, 3), triangles (m, 3)."""
-    starts = np.cumsum([0, *(len(v) for v, _ in pieces)])
-    faces = [f + start for (_, f), start in zip(pieces, starts, strict=False)]
-    return np.concatenate([v for v, _ in pieces]), np.concatenate(faces)
 
 
 def _check_faces(faces: int) -> None:

@@ -9,9 +9,9 @@ import math
 import re
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from sdh_sim.errors import MjcfError
-from sdh_sim.objects.folder_reader import Folder
 from sdh_sim.objects.mjcf_tree import read_tree
 from sdh_sim.objects.mjcf_words import (
     ATTRIBUTES,
@@ -24,6 +24,9 @@ from sdh_sim.objects.mjcf_words import (
     REASONS,
     Attribute,
 )
+
+if TYPE_CHECKING:
+    from sdh_sim.objects.folder_reader import Folder
 
 MAX_GEOMS = 64
 MAX_MESHES = 64

@@ -1,14 +1,17 @@
-"""MJCF files of users as a tree: bounded, with its includes, none of them from outside the folder."""
+"""MJCF files of users as a tree: bounded, with what they include from inside the folder."""
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from pathlib import PurePosixPath
+from typing import TYPE_CHECKING
 from xml.parsers import expat
 
 from sdh_sim.errors import MjcfError
-from sdh_sim.objects.folder_reader import Folder
+
+if TYPE_CHECKING:
+    from sdh_sim.objects.folder_reader import Folder
 
 MAX_MJCF = 1 << 20  # [bytes]
 MAX_ELEMENTS = 2000
@@ -68,9 +71,7 @@ def _include(folder: Folder, place: PurePosixPath, parent: ET.Element, seen: set
 
 def _check_size(root: ET.Element) -> None:
     """Bounds on the whole, since included files add up."""
-    count = 0
-    for _ in _with_depth(root, 1):
-        count += 1
+    for count, _ in enumerate(_with_depth(root, 1), start=1):
         if count > MAX_ELEMENTS:
             raise _too_large()
 

@@ -1,4 +1,4 @@
-"""The elements and attributes of MJCF: what of an object's file counts, and what becomes of the rest.
+"""The elements and attributes of MJCF: what counts, what is ignored, what is refused.
 
 What describes the shape is honoured. What says nothing about it is ignored, and named in one line.
 What has a meaning that this testbed cannot honour is refused with the reason, because whoever wrote

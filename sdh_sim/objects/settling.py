@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from sdh_sim.model_files import models_dir
-from sdh_sim.objects.geoms import HARD_SOLREF
+from sdh_sim.objects.contact_settings import HARD_SOLREF
 from sdh_sim.poses import turn_between
 
 PLACE = (0.45, 0.0)  # anywhere on the table [m]

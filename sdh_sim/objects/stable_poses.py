@@ -58,7 +58,9 @@ def stable_poses(points: np.ndarray, com: np.ndarray, down: np.ndarray) -> Itera
         depth = corners @ normals[best]
         on_facet = corners[depth >= depth.max() - LEVEL]
         if margin_within(on_facet, com, normals[best]) > 0.0:
-            yield StablePose(normals[best], float(tilt[best]), float(depth.max() - com @ normals[best]))
+            yield StablePose(
+                normals[best], float(tilt[best]), float(depth.max() - com @ normals[best])
+            )
 
 
 def _triangles_below(

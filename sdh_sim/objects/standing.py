@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import islice
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -16,10 +17,12 @@ import numpy as np
 from sdh_sim.errors import ObjectError
 from sdh_sim.objects.collision_shape import shapes_of
 from sdh_sim.objects.facts import Facts
-from sdh_sim.objects.folder_reader import Folder
 from sdh_sim.objects.settling import come_to_rest
 from sdh_sim.objects.stable_poses import LEVEL, StablePose, margin_within, stable_poses
 from sdh_sim.poses import product, rotation_of
+
+if TYPE_CHECKING:
+    from sdh_sim.objects.folder_reader import Folder
 
 FALLS = np.radians(15.0)  # an object that would tilt further than that falls over
 SHIFTS = np.radians(0.5)  # one that tilts less when the table yields is left as it is
@@ -129,7 +132,7 @@ def settle(folder: Folder, spec: mujoco.MjSpec, facts: Facts, proposed: Standing
         body = spec.body("object")
         body.quat, body.pos = rest.quat, (0.0, 0.0, rest.height)
         number = f"stable pose {proposed.number}, " if proposed.number else "at rest "
-        notes.append(f"{number}tilted by {np.degrees(tilt):.2g}° from {facts.up} up")
+        notes.append(f"{number}tilted by {round(np.degrees(tilt), 2):g}° from {facts.up} up")
     if rest.speed > STILL[0] or rest.turn_rate > STILL[1]:
         notes.append(
             f"still moves on the table, by {1e3 * rest.speed:.2g} mm and "
@@ -159,8 +162,8 @@ def _falls(folder: Folder, up: str, beside: float, nearest: StablePose | None) -
             'with pose = "stable:1"'
         )
     return folder.error(
-        f"it falls over: standing on {up} up, its centre of mass is {1e3 * max(beside, 0.0):.1f} mm "
-        f"beside the area that it stands on{other}, set up in object.toml, turn the shape, or "
+        f"it falls over: standing on {up} up, its centre of mass is {1e3 * max(beside, 0.0):.1f} "
+        f"mm beside the area that it stands on{other}, set up in object.toml, turn the shape, or "
         "correct com"
     )
 

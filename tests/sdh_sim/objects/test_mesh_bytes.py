@@ -10,7 +10,16 @@ import pytest
 from sdh_sim.errors import MeshError
 from sdh_sim.objects import user_object
 from sdh_sim.objects.mesh_bytes import read_msh, stl_kind
-from tests.support.object_files import BLOCK_INERTIA, A, B, C, block, info_of, object_folder, refusal
+from tests.support.object_files import (
+    BLOCK_INERTIA,
+    A,
+    B,
+    C,
+    block,
+    info_of,
+    object_folder,
+    refusal,
+)
 
 
 def stl_bytes(header: bytes = b"") -> bytes:
@@ -72,7 +81,12 @@ def test_msh_is_read(tmp_path, normals):
 
 @pytest.mark.parametrize(
     "data",
-    [b"", msh_bytes()[:-4], struct.pack("<4i", 8, 0, 0, -1), struct.pack("<4i", 2**30, 0, 0, 2**30)],
+    [
+        b"",
+        msh_bytes()[:-4],
+        struct.pack("<4i", 8, 0, 0, -1),
+        struct.pack("<4i", 2**30, 0, 0, 2**30),
+    ],
 )
 def test_msh_whose_counts_do_not_fit_is_refused(data):
     with pytest.raises(MeshError, match="is not a mesh that can be read as MSH"):

@@ -91,7 +91,7 @@ BAD_MESHES = [
     (turned, "is not watertight"),
     (inverted, "is inside out: its volume is -0.000576 m³"),
     (hollow, "is inside out (the one of 2 parts around 0, 0, 0 m)"),
-    (lambda: block(size=(60, 80, 120)), "set scale for its unit, millimetres (scale = 0.001, 120 mm)"),
+    (lambda: block(size=(60, 80, 120)), "its unit, millimetres (scale = 0.001, 120 mm)"),
     (
         lambda: block(size=(6, 8, 12)),
         "millimetres (scale = 0.001, 12 mm) or centimetres (scale = 0.01, 120 mm) or inches "
@@ -102,7 +102,7 @@ BAD_MESHES = [
         "its largest side must be 10 to 500 mm: set scale",
     ),
     (lambda: block(size=(0.06, 0.08, 0.004)), "no side may be thinner than 0.005 m"),
-    (lambda: block(size=(0.06, 0.08, 0.6)), "0.06 × 0.08 × 0.6 m large; its largest side must be 10 to 500 mm"),
+    (lambda: block(size=(0.06, 0.08, 0.6)), "0.06 × 0.08 × 0.6 m large; its largest"),
     (lambda: trimesh.creation.icosphere(7, 0.04), "more than 100000 triangles"),
     (
         lambda: trimesh.Scene([block((0.07 * k, 0, 0), (0.004,) * 3) for k in range(3)]),

@@ -1,4 +1,4 @@
-"""MJCF as other tools write it: what is beside the shape, nested bodies, includes, mesh attributes."""
+"""MJCF as other tools write it: scenes, nested bodies, includes, attributes of meshes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,9 @@ PLAIN = "<geom type='box' size='0.03 0.04 0.06'/>"
 BODY = f"<body>{PLAIN}</body>"
 
 
-def folder(tmp_path: Path, text: str, facts: str = FACTS, **meshes: trimesh.Trimesh) -> Path:
+def folder(
+    tmp_path: Path, text: str, facts: str = FACTS, **meshes: trimesh.parent.Geometry
+) -> Path:
     """A folder with an MJCF and STL files by name."""
     path = object_folder(tmp_path, f"<mujoco>{text}</mujoco>", facts, ending="xml")
     for name, mesh in meshes.items():
@@ -53,7 +55,9 @@ IGNORED = {
     "size='0.03 0.04 0.06'/></body></worldbody>",
     "freejoint, inertial, site": "<worldbody><body><freejoint/><inertial mass='1' pos='0 0 1'/>"
     f"<site name='s'/>{PLAIN}</body></worldbody>",
-    "freejoint": "<worldbody><body><joint type='free' damping='1'/>" + PLAIN + "</body></worldbody>",
+    "freejoint": "<worldbody><body><joint type='free' damping='1'/>"
+    + PLAIN
+    + "</body></worldbody>",
     "boundmass, exactmeshinertia": "<compiler boundmass='1' exactmeshinertia='true'/>"
     f"<worldbody>{BODY}</worldbody>",
     "joint, motor": "<default><joint damping='1'/><motor gear='2'/></default>"

@@ -119,7 +119,9 @@ SHAPES = {
 
 @pytest.mark.parametrize("name", [*SHAPES, "mug"])
 def test_an_object_is_at_rest_before_the_hand_comes(tmp_path, name):
-    path = MUG if name == "mug" else object_folder(tmp_path, SHAPES[name][0], ending=SHAPES[name][1])
+    path = (
+        MUG if name == "mug" else object_folder(tmp_path, SHAPES[name][0], ending=SHAPES[name][1])
+    )
     found = user_object(path)
     scene = build_scene(TrialSettings(found.name, folder=found.reference))
     obj = object_info(found.name, found.reference)
