@@ -15,6 +15,7 @@ from sdh_sim.objects.folder_reader import FACTS, Folder, show
 from sdh_sim.user_references import NAME
 
 MAX_FACTS = 16 << 10  # [bytes]
+MIN_MASS, MAX_MASS = 0.01, 5.0  # [kg]
 MAX_POSE = 50  # number of a stable pose
 RESERVED = ("all", "overall")  # names that mean all objects
 
@@ -109,7 +110,7 @@ def _pose(value: Any) -> int:
 
 _FIELDS: dict[str, Check] = {
     "name": (_text, "give a text"),
-    "mass": _number(0.01, 5.0, "kg"),
+    "mass": _number(MIN_MASS, MAX_MASS, "kg"),
     "friction": _number(0.05, 2.0, ""),
     "com": _numbers(3, 1.0, "x, y, z in m"),
     "inertia": _numbers(6, 1.0, "xx, yy, zz, xy, xz, yz in kg m^2"),
