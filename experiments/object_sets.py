@@ -1,7 +1,7 @@
 """Sets of objects as others publish them, made into folders that this testbed reads.
 
-A set is a folder of MJCF files (robosuite), of folders with a mesh or MJCF each (YCB, Google Scanned
-Objects), or of mesh files. Nothing in it is changed: files are copied to a folder of our own.
+A set is a folder of MJCF files (robosuite), of folders with a mesh or MJCF each (YCB, Google
+Scanned Objects), or of mesh files. Nothing in it is changed: files are copied to another folder.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
     python -m experiments.objects_of_others FOLDER --trials 10
 
-One line for each object. Sets seldom say mass and friction; the options do. Trials have the seeds of
-``sdh-sim lift``.
+One line for each object. Sets seldom say mass and friction; the options do. Trials have the seeds
+of ``sdh-sim lift``.
 """
 
 from __future__ import annotations
