@@ -46,6 +46,15 @@ def test_blocks_that_touch_are_two(shared, order):
     assert (found.open, found.joined, found.weld) == (None, 0, 0.0)
 
 
+def test_parts_that_overlap_and_share_an_edge_are_told_apart_by_their_order():
+    # Two blocks with the edge x = y = 0 in common, the second turned about it by 30 degrees: going
+    # round the edge, one begins within the other.
+    first = block(0.5 * np.array(SIZE), SIZE)
+    second = first.copy()
+    second.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 6, [0, 0, 1]))
+    assert volumes(find_surfaces(triangles(first, second))) == pytest.approx([np.prod(SIZE)] * 2)
+
+
 def test_sixty_four_blocks_of_a_wall_are_sixty_four():
     places = np.stack(np.meshgrid(*[range(4)] * 3), axis=-1).reshape(-1, 3)
     wall = [block(place * SIZE, SIZE) for place in places]
