@@ -22,6 +22,7 @@ from sdh_sim.objects.mjcf_words import (
     NEUTRAL,
     POSE,
     REASONS,
+    SHAPES,
     Attribute,
 )
 
@@ -60,10 +61,7 @@ def parse_mjcf(folder: Folder, file: str) -> ObjectTree:
     """
     root = read_tree(folder, file)
     ignored: set[str] = set()
-    for world in root.findall("worldbody"):
-        for geom in [g for g in world.findall("geom") if g.get("type") == "plane"]:
-            world.remove(geom)  # the floor of a scene
-            ignored.add("plane")
+    _take_out_floors(root, ignored)
     _check(root, ignored)
     for tag, limit in (("geom", MAX_GEOMS), ("mesh", MAX_MESHES)):
         if (count := len(root.findall(f".//{tag}"))) > limit:
@@ -75,6 +73,27 @@ def parse_mjcf(folder: Folder, file: str) -> ObjectTree:
     for number, geom in enumerate(root.find("worldbody").iter("geom")):  # type: ignore[union-attr]
         geom.attrib.setdefault("name", f"geom:{number}")
     return ObjectTree(root, tuple(sorted(ignored)))
+
+
+def _take_out_floors(root: ET.Element, ignored: set[str]) -> None:
+    """Take planes out of the worldbody, also those that a default class makes planes."""
+    kinds: dict[str, str] = {}
+
+    def read(default: ET.Element, inherited: str) -> None:
+        own = [g.attrib["type"] for g in default.findall("geom") if "type" in g.attrib]
+        kind = own[-1] if own else inherited
+        kinds[default.get("class", "main")] = kind
+        for child in default.findall("default"):
+            read(child, kind)
+
+    for default in root.findall("default"):
+        read(default, kinds.get("main", "sphere"))
+    for world in root.findall("worldbody"):
+        for geom in world.findall("geom"):
+            kind = kinds.get(geom.get("class", "main"), "sphere")
+            if geom.get("type", kind) == "plane":
+                world.remove(geom)
+                ignored.add("plane")
 
 
 def _to_one_body(root: ET.Element, ignored: set[str]) -> None:
@@ -147,18 +166,21 @@ def _as_frame(element: ET.Element) -> ET.Element:
     return frame
 
 
-def _check(element: ET.Element, ignored: set[str]) -> None:
+def _check(element: ET.Element, ignored: set[str], parent: str = "") -> None:
     """Take out of an element, and of those below it, what does not count.
 
     Args:
         element: changed in place.
         ignored: names of what was taken out; added to.
+        parent: what the element stands in.
 
     Raises:
         MjcfError: it has what an object may not have.
     """
     tag = element.tag
     allowed = ATTRIBUTES.get(tag, {})
+    if (parent, tag) == ("default", "geom"):
+        allowed = {**allowed, "type": (*SHAPES, "plane")}  # of floors, which were taken out
     for name, value in list(element.attrib.items()):
         where = f"{name!r:.40} of <{tag}>"
         if name in allowed:
@@ -181,7 +203,7 @@ def _check(element: ET.Element, ignored: set[str]) -> None:
             element.remove(child)
             ignored.add(name)
         elif name in CHILDREN.get(tag, ()):
-            _check(child, ignored)
+            _check(child, ignored, tag)
         else:
             raise MjcfError(
                 f"has <{name:.40}> in <{tag}>, which an object may not have{_reason(name)}"

@@ -20,6 +20,7 @@ from sdh_sim.objects.mesh_files import read_mesh
 from sdh_sim.objects.mesh_limits import MAX_FACES, MAX_MESH, MAX_PARTS, MeshPiece, joined
 from sdh_sim.objects.mesh_parts import Part, Parts, hull_of, parts_of
 from sdh_sim.objects.mjcf_files import ObjectTree, parse_mjcf
+from sdh_sim.objects.mjcf_words import SHAPES
 from sdh_sim.poses import rotation_of
 
 _KIND = mujoco.mjtMeshInertia
@@ -64,6 +65,8 @@ def from_mjcf(
         notes.append("ignored, as it says nothing about the shape: " + ", ".join(tree.ignored))
     pieces = _read_meshes(folder, tree.root, PurePosixPath(file).parent)
     spec = _parsed(tree.root)
+    if any(geom.type == mujoco.mjtGeom.mjGEOM_PLANE for geom in spec.geoms):
+        raise MjcfError(f"has a plane in a body; shapes are {', '.join(SHAPES)}")
     colliding = {
         geom.meshname
         for geom in spec.geoms

@@ -83,6 +83,8 @@ BAD_MJCF = [
     ("<worldbody><body><plugin/><geom/></body></worldbody>", "run other code"),
     ("<worldbody><replicate count='2'><geom/></replicate></worldbody>", "write the copies out"),
     ("<worldbody><body><geom type='plane' size='1 1 1'/></body></worldbody>", "'plane'"),
+    ("<default><geom type='plane'/></default><worldbody><body><geom/></body></worldbody>",
+     "has a plane in a body"),
     ("<worldbody><body><geom type='box' size='20 20 20'/></body></worldbody>",
      "its numbers look like millimetres (40 mm) or centimetres (400 mm)"),
     ("<worldbody><body><geom type='sdf'/></body></worldbody>", "'sdf'"),

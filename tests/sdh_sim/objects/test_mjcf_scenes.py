@@ -46,6 +46,9 @@ def in_order(points: np.ndarray) -> np.ndarray:
 IGNORED = {
     "light, option, plane": "<option timestep='1'/><worldbody><light pos='0 0 1'/>"
     f"<geom type='plane' size='1 1 1'/>{BODY}</worldbody>",
+    "freejoint, plane": "<default><default class='a'><geom type='plane'/><default class='floor'/>"
+    "</default></default><worldbody><geom class='floor' size='1 1 1'/><body><freejoint/>"
+    f"{PLAIN}</body></worldbody>",
     "camera, custom, keyframe, size, statistic, visual": "<size njmax='9'/><visual/><statistic/>"
     f"<custom/><keyframe/><worldbody><camera name='c'/>{BODY}</worldbody>",
     "texrepeat, texture": "<asset><texture type='2d' name='t' file='/etc/passwd'/><material "

@@ -27,6 +27,13 @@ def test_a_block_rests_on_its_six_sides():
     assert [2 * pose.height for pose in found] == pytest.approx(heights)
 
 
+def test_of_equal_tilt_the_lowest_comes_first_whatever_its_area():
+    com = np.array([0.02, 0.0, 0.0])
+    found = list(stable_poses(np.array(block().vertices), com, DOWN))
+    heights = [A / 2 - 0.02, B / 2, B / 2, A / 2 + 0.02]
+    assert [pose.height for pose in found[1:5]] == pytest.approx(heights)
+
+
 def test_a_centre_of_mass_over_no_side_leaves_out_that_side():
     # A sheared block: over its base stands the centre of mass only while the shear is below A / 2.
     points = np.array(block((0.0, 0.0, C / 2)).vertices)
