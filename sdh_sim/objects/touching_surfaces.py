@@ -1,7 +1,7 @@
 """Closed surfaces that touch, told apart.
 
-Parts that touch share corners or edges with each other. They are told apart by the order of the file
-and, where that does not help, by the side of an edge on which the solid lies.
+Parts that touch share corners or edges with each other. They are told apart by the order of the
+file and, where that does not help, by the side of an edge on which the solid lies.
 """
 
 from __future__ import annotations
