@@ -16,6 +16,7 @@ from sdh_sim.errors import SettingsError
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,47}")
 METRIC_NAME = re.compile(r"[a-z][a-z0-9_]{0,47}")
 MAX_METRICS = 32
+MAX_NOTES = 500
 _SHA256 = re.compile(r"[0-9a-f]{64}")
 _LONGEST = 4096
 
@@ -27,22 +28,33 @@ class ObjectFolder:
     Attributes:
         path: absolute path of its folder.
         sha256: of the files that make the object (``object_folder`` says which).
+        notes: what was done with the files to make the object of them, for the user.
 
     Raises:
-        SettingsError: not a path or not a SHA-256.
+        SettingsError: not a path, not a SHA-256 or not notes.
     """
 
     path: str = field(repr=False)  # the object is the same wherever its folder lies
     sha256: str
+    notes: tuple[str, ...] = field(default=(), compare=False, repr=False)
 
     def __post_init__(self) -> None:
         _text("object", self.path)
         _digest("object", self.sha256)
+        if len(self.notes) > MAX_NOTES:
+            raise SettingsError(f"object: got {len(self.notes)} notes; at most {MAX_NOTES}")
+        for note in self.notes:
+            _text("object", note)
 
     @classmethod
     def from_dict(cls, data: Any) -> ObjectFolder:
-        """The reference that ``asdict`` gave; raises SettingsError."""
-        return cls(**_fields("object", data, ("path", "sha256")))
+        """The reference that ``plain`` gave; raises SettingsError."""
+        if isinstance(data, dict) and isinstance(data.get("notes"), list):
+            data = dict(data)
+            notes = tuple(data.pop("notes"))
+        else:
+            notes = ()
+        return cls(**_fields("object", data, ("path", "sha256")), notes=notes)
 
 
 @dataclass(frozen=True)
@@ -103,7 +115,11 @@ def plain(references: Any) -> Any:
     return (
         None
         if references is None
-        else {name: value for name, value in asdict(references).items() if name != "asked"}
+        else {
+            name: list(value) if isinstance(value, tuple) else value
+            for name, value in asdict(references).items()
+            if name != "asked" and (name != "notes" or value)
+        }
     )
 
 

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from sdh_sim.cell.scene import ARM_GEOM, HAND_GEOM, OBJECT_GEOM, TABLE_GEOM, Scene
-from sdh_sim.objects import OBJECT, ObjectInfo, object_info, object_spec
+from sdh_sim.objects import HARD_SOLREF, OBJECT, ObjectInfo, object_info, object_spec
 from sdh_sim.robot import (
     ARM,
     ARM_JOINTS,
@@ -26,8 +26,6 @@ from sdh_sim.settings import TrialSettings
 # a held object creeps by micrometres per second.
 PAD_IMPEDANCE = 0.95
 PAD_DAMPING_RATIO = 1.0
-# Time constant of contacts away from the pads and the table: hard, but resolved by the time step.
-HARD_SOLREF = (0.01, 1.0)
 # A fixture that gives way by less than 1 µm to what the fingers press with.
 FIXTURE = "fixture"
 FIXTURE_SOLREF, FIXTURE_SOLIMP = (0.005, 1.0), (0.9999, 0.9999, 0.001, 0.5, 2.0)

@@ -37,6 +37,9 @@ def objects(folders: Sequence[str] = ()) -> None:
             f"sha256 {own.reference.sha256[:12]}"
         )
         output().print(line, markup=False, soft_wrap=True, highlight=False)
+        if own.reference.notes:
+            told = f"  {'; '.join(own.reference.notes)}"
+            output().print(told, markup=False, soft_wrap=True, highlight=False)
 
 
 def hand() -> None:

@@ -10,15 +10,18 @@ from sdh_sim.objects.catalogue import (
     object_info,
     object_names,
     object_spec,
+    surface_of,
     user_object,
 )
+from sdh_sim.objects.contact_settings import HARD_SOLREF
 from sdh_sim.objects.facts import DEFAULT_SPREAD, Spread
 from sdh_sim.objects.object_info import ObjectInfo
-from sdh_sim.objects.surface import ObjectSurface, surface_of
+from sdh_sim.objects.surface import ObjectSurface
 from sdh_sim.objects.user_objects import UserObject
 
 __all__ = [
     "DEFAULT_SPREAD",
+    "HARD_SOLREF",
     "OBJECT",
     "PAPER_ORDER",
     "ObjectInfo",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import mujoco
 import numpy as np
 
@@ -16,17 +18,30 @@ def collision_vertices(model: mujoco.MjModel) -> np.ndarray:
     Of boxes and meshes they are the vertices, of round shapes points on the surface: extents along
     the shape's own axes are exact, along others within 0.2 % of its size.
     """
-    points = []
+    return np.concatenate([points for _, points in shapes_of(model)])
+
+
+def shapes_of(model: mujoco.MjModel) -> Iterator[tuple[int, np.ndarray]]:
+    """Each geom that collides, with points (n, 3) [m] that span it in its body's frame."""
     for geom in np.flatnonzero(model.geom_contype):
         rotation = rotation_of(model.geom_quat[geom])
         if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
-            mesh = model.geom_dataid[geom]
-            start, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
-            local = model.mesh_vert[start : start + count].astype(float)
+            local = _mesh_points(model, int(model.geom_dataid[geom]))
         else:
             local = _primitive(int(model.geom_type[geom]), model.geom_size[geom])
-        points.append(local @ rotation.T + model.geom_pos[geom])
-    return np.concatenate(points)
+        yield int(geom), local @ rotation.T + model.geom_pos[geom]
+
+
+def _mesh_points(model: mujoco.MjModel, mesh: int) -> np.ndarray:
+    """Vertices (n, 3) [m] of a mesh that collide: of its hull, which maxhullvert may simplify."""
+    start, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+    vertices = model.mesh_vert[start : start + count].astype(float)
+    graph = int(model.mesh_graphadr[mesh])
+    if graph < 0:
+        return vertices
+    # MuJoCo's layout: number of vertices and of faces, an address and an index for each vertex, …
+    hull = int(model.mesh_graph[graph])
+    return vertices[model.mesh_graph[graph + 2 + hull : graph + 2 + 2 * hull]]
 
 
 def _primitive(kind: int, size: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-MESHES = (".stl", ".obj", ".ply", ".off", ".glb", ".gltf")  # endings of files with a shape
+MESHES = (".stl", ".obj", ".ply", ".off", ".glb", ".gltf", ".msh")  # endings of files with a shape
 MJCF = ".xml"
 
 
@@ -43,7 +43,10 @@ class Facts:
         model: file of the shape in the folder; None: the only one there.
         scale: metres per unit of length of a mesh file.
         up: axis of the object's frame that points up on the table.
-        hull: a mesh that is not convex may be replaced by its hull in contacts.
+        pose: number of the stable pose in which it stands, by its tilt from that, from 1; None: as
+            ``up`` says where it rests so, else the first.
+        hull: a mesh that is not closed or not convex may be replaced by its hull in contacts.
+        decompose: it is decomposed into convex parts instead.
         spread: of the grasps; None: the default.
     """
 
@@ -55,5 +58,7 @@ class Facts:
     model: str | None = None
     scale: float = 1.0
     up: str = "z"
+    pose: int | None = None
     hull: bool = False
+    decompose: bool = False
     spread: Spread | None = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import tomllib
 from collections.abc import Callable
 from dataclasses import asdict
@@ -14,6 +15,8 @@ from sdh_sim.objects.folder_reader import FACTS, Folder, show
 from sdh_sim.user_references import NAME
 
 MAX_FACTS = 16 << 10  # [bytes]
+MIN_MASS, MAX_MASS = 0.01, 5.0  # [kg]
+MAX_POSE = 50  # number of a stable pose
 RESERVED = ("all", "overall")  # names that mean all objects
 
 
@@ -38,6 +41,8 @@ def read_facts(folder: Folder) -> Facts:
             raise folder.error(f"{FACTS}: grasp is {show(grasp)}; expected a table [grasp]")
         spread = _values(folder, grasp, _GRASP, "grasp.")
         values["spread"] = Spread(**{**asdict(DEFAULT_SPREAD), **spread})
+    if values.get("hull") and values.get("decompose"):
+        raise folder.error(f"{FACTS}: hull and decompose are both true; choose one")
     values.setdefault("name", folder.path.name)
     if not NAME.fullmatch(values["name"]) or values["name"] in RESERVED:
         raise folder.error(
@@ -94,16 +99,27 @@ def _axis(value: Any) -> str:
     return str(value)
 
 
+def _pose(value: Any) -> int:
+    word, _, number = value.partition(":") if isinstance(value, str) else ("", "", "")
+    if word != "stable" or not re.fullmatch(r"[0-9]{1,3}", number):
+        raise ValueError
+    if not 1 <= int(number) <= MAX_POSE:
+        raise ValueError
+    return int(number)
+
+
 _FIELDS: dict[str, Check] = {
     "name": (_text, "give a text"),
-    "mass": _number(0.01, 5.0, "kg"),
+    "mass": _number(MIN_MASS, MAX_MASS, "kg"),
     "friction": _number(0.05, 2.0, ""),
     "com": _numbers(3, 1.0, "x, y, z in m"),
     "inertia": _numbers(6, 1.0, "xx, yy, zz, xy, xz, yz in kg m^2"),
     "model": (_text, "give the name of a file in the folder"),
     "scale": _number(1e-6, 1e6, "(metres per unit of the mesh file)"),
     "up": (_axis, 'give "x", "y" or "z"'),
+    "pose": (_pose, f'give "stable:1" to "stable:{MAX_POSE}"'),
     "hull": (_flag, "give true or false"),
+    "decompose": (_flag, "give true or false"),
 }
 _GRASP: dict[str, Check] = {
     "side": _number(0.0, 1.0, ""),

@@ -76,12 +76,13 @@ class Folder:
             raise self.error(f"cannot be read ({error.strerror})") from error
         return sorted(found)
 
-    def read(self, name: str, limit: int) -> bytes:
+    def read(self, name: str, limit: int, counts: bool = True) -> bytes:
         """The content of a file.
 
         Args:
             name: of the file, relative to the folder, with ``/``.
             limit: largest size [bytes].
+            counts: the object is made of it, so that it belongs to the digest.
 
         Raises:
             ObjectError: the name leads out of the folder, or it is no file, is larger than the
@@ -102,7 +103,9 @@ class Folder:
             raise self.error(f"file {show(name)} is not the name of a file in this folder")
         if len(self._read) >= MAX_FILES:
             raise self.error(f"it takes more than {MAX_FILES} files; join meshes")
-        self._read[name] = data = self._bytes(name, self._root.joinpath(*parts), limit)
+        data = self._bytes(name, self._root.joinpath(*parts), limit)
+        if counts:
+            self._read[name] = data
         return data
 
     def _bytes(self, name: str, path: Path, limit: int) -> bytes:
@@ -126,10 +129,15 @@ class Folder:
             )
         return data
 
-    def sha256(self) -> str:
-        """Digest of the names and bytes of all files read so far, in hexadecimal."""
+    def sha256(self, computed: bytes = b"") -> str:
+        """Digest of the names and bytes of all files that count, read so far, in hexadecimal.
+
+        Args:
+            computed: what the object is made of beside its files.
+        """
         digest = hashlib.sha256()
         for name, data in sorted(self._read.items()):
             digest.update(f"{name}\0{len(data)}\0".encode())
             digest.update(data)
+        digest.update(computed)
         return digest.hexdigest()

@@ -20,13 +20,11 @@ import numpy as np
 import trimesh
 
 from sdh_sim.errors import MeshError
+from sdh_sim.objects.mesh_bytes import read_msh, stl_kind
+from sdh_sim.objects.mesh_limits import MAX_FACES, MeshPiece
 
-MAX_FACES = 100_000
 MAX_GROUPS = 1000  # that an OBJ file divides its faces into
 _GROUP = re.compile(rb"(?m)^[ \t]*(?:o|g|usemtl|s|endsolid)\b")
-
-MeshPiece = tuple[np.ndarray, np.ndarray]
-"""Vertices (n, 3) and corners of the triangles (m, 3), indices of vertices."""
 
 
 def read_mesh(data: bytes, ending: str) -> list[MeshPiece]:
@@ -40,6 +38,12 @@ def read_mesh(data: bytes, ending: str) -> list[MeshPiece]:
         MeshError: not a mesh of that format, not finite, or over the bounds.
     """
     kind = ending.lower().removeprefix(".")
+    if kind == "msh":
+        piece = _piece(*read_msh(data))
+        _check_faces(len(piece[1]))
+        return [piece]
+    if kind == "stl":
+        data, kind = stl_kind(data)
     _check_counts(data, kind)
     options: dict[str, Any] = {"process": False, "resolver": None, "allow_remote": False}
     if kind in ("obj", "glb", "gltf"):
@@ -49,12 +53,14 @@ def read_mesh(data: bytes, ending: str) -> list[MeshPiece]:
     try:
         with _silent():
             scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, **options)
-            pieces = [_piece(g) for g in scene.dump() if isinstance(g, trimesh.Trimesh)]
+            meshes = [g for g in scene.dump() if isinstance(g, trimesh.Trimesh)]
+            pieces = [_piece(np.asarray(g.vertices), np.asarray(g.faces)) for g in meshes]
     except MeshError:
         raise
     except (Exception, RecursionError) as error:  # trimesh raises anything on a damaged file
         reason = f"{type(error).__name__}: {error}".splitlines()[0][:120]
-        raise MeshError(f"is not a mesh that can be read as {kind.upper()} ({reason})") from error
+        name = kind.partition("_")[0].upper()
+        raise MeshError(f"is not a mesh that can be read as {name} ({reason})") from error
     pieces = [p for p in pieces if len(p[1])]
     if not pieces:
         raise MeshError("holds no triangles")
@@ -81,9 +87,9 @@ def _silent() -> Iterator[None]:
         log.setLevel(before)
 
 
-def _piece(mesh: trimesh.Trimesh) -> MeshPiece:
+def _piece(vertices: np.ndarray, faces: np.ndarray) -> MeshPiece:
     """Vertices and triangles of a mesh; raises MeshError unless finite and consistent."""
-    vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
+    vertices, faces = np.asarray(vertices, float), np.asarray(faces, np.int64)
     if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
         raise MeshError("holds something else than triangles")
     if faces.size and not 0 <= faces.min() <= faces.max() < len(vertices):
@@ -117,7 +123,7 @@ def _check_counts(data: bytes, kind: str) -> None:
                     raise MeshError("claims to hold more than its bytes can")
                 if b"element" in token or kind == "off":
                     _check_faces(int(number) // 3)  # vertices too: three for each face at most
-    elif kind in ("obj", "stl"):
+    elif kind in ("obj", "stl_ascii"):
         if len(_GROUP.findall(data)) > MAX_GROUPS:
             raise MeshError(f"divides its faces into more than {MAX_GROUPS} groups; join them")
         if kind == "obj":  # text is slow to read, so its lines are counted first

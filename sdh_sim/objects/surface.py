@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import mujoco
 import numpy as np
-
-from sdh_sim.objects.catalogue import object_spec
-from sdh_sim.user_references import ObjectFolder
 
 _PROBE_RADIUS = 1e-4  # [m]
 _FARTHEST = 0.5  # objects are smaller than that [m]
@@ -18,17 +13,16 @@ class ObjectSurface:
     """Surface of an object's collision shapes.
 
     Args:
-        name: of a built-in object, or of a user's.
-        folder: the user's; None for a built-in object.
+        shape: the object as a model of one body ``object``.
     """
 
-    def __init__(self, name: str, folder: ObjectFolder | None = None) -> None:
+    def __init__(self, shape: mujoco.MjSpec) -> None:
         spec = mujoco.MjSpec()
         spec.worldbody.add_geom(
             name="probe", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[_PROBE_RADIUS, 0.0, 0.0]
         )
         frame = spec.worldbody.add_frame()
-        spec.attach(object_spec(name, folder), prefix="object/", frame=frame)
+        spec.attach(shape, prefix="object/", frame=frame)
         self._model = model = spec.compile()
         self._data = mujoco.MjData(model)
         mujoco.mj_kinematics(model, self._data)
@@ -63,9 +57,3 @@ class ObjectSurface:
                 nearest, found = distance, toward if distance > -_PROBE_RADIUS else -toward
         length = float(np.linalg.norm(found))
         return self._rotation.T @ found / length if length > 0.0 else found
-
-
-@lru_cache(maxsize=16)
-def surface_of(name: str, folder: ObjectFolder | None = None) -> ObjectSurface:
-    """The surface of an object, made once."""
-    return ObjectSurface(name, folder)

@@ -27,7 +27,9 @@ com = [0.0, 0.0, 0.01]
 inertia = [1e-3, 1e-3, 5e-4, 0.0, 0.0, 0.0]
 scale = 1.0
 up = "z"
+pose = "stable:1"
 hull = false
+decompose = false
 [grasp]
 side = 0.5
 wide = 0.2
@@ -42,8 +44,10 @@ MJCF = """<?xml version="1.0"?>
   </default>
   <asset>
     <mesh name="body" file="body.stl" scale="1 1 1"/>
-    <material name="red" rgba="1 0 0 1" specular="0.2"/>
+    <texture type="2d" name="label" file="../label.png"/>
+    <material name="red" rgba="1 0 0 1" specular="0.2" texture="label" texrepeat="2 2"/>
   </asset>
+  <include file="more.xml"/>
   <worldbody>
     <body name="pot" pos="0 0 0.06">
       <freejoint/>
@@ -52,10 +56,30 @@ MJCF = """<?xml version="1.0"?>
       <geom name="c" type="box" size="0.02 0.02 0.01" quat="1 0 0 0" contype="0" conaffinity="0"/>
       <geom name="d" type="capsule" size="0.01" fromto="0 0 0 0 0 0.05" material="red"/>
       <geom name="e" type="ellipsoid" size="0.02 0.02 0.03"/>
-      <geom name="f" type="sphere" size="0.02"/>
+      <geom name="f" type="sphere" size="0.02" solref="0.01 1" density="300"/>
+      <body pos="0 0 0.01" quat="1 0 0 0">
+        <geom class="solid" type="box" size="0.02 0.02 0.01"/>
+      </body>
+      <geom name="g" type="mesh" mesh="two" pos="0 0 0.02"/>
+      <light pos="0 0 1"/>
     </body>
   </worldbody>
 </mujoco>
+"""
+MORE = """<mujocoinclude>
+  <option timestep="0.001"/>
+  <default><mesh scale="1 1 1" maxhullvert="32" inertia="exact"/></default>
+  <asset>
+    <mesh name="two" file="two.stl" refpos="0 0 0.01" refquat="1 0 0 0"/>
+    <mesh name="few" vertex="0 0 0  0.05 0 0  0 0.05 0  0 0 0.05"/>
+  </asset>
+</mujocoinclude>
+"""
+MTL = """newmtl red
+Kd 1 0.2 0.2
+map_Kd label.png
+newmtl blue
+Kd 0.1 0.2 1
 """
 _WORDS = (
     *("nan", "inf", "-inf", "1e308", "-1", "0", "1e-300", "99999999999999999999", "0x1p3", "1 2 3"),
@@ -89,6 +113,8 @@ _WORDS = (
     ),
     *("<flex/>", "<skin/>", "<replicate count='9999999'><geom/></replicate>", "<composite/>"),
     *("user", "solref", "margin", "density", "mass", "fitscale", "content_type", "<numeric/>"),
+    *("more.xml", "pot.xml", "stable:2", "convex", "shell", "two.stl", "m.mtl", "usemtl red"),
+    *("<include file='more.xml'/>", "<include file='pot.xml'/>", "<frame pos='0 0 1'>", "</frame>"),
 )
 
 
@@ -123,6 +149,16 @@ def meshes() -> dict[str, bytes]:
     found["stl ascii"] = _bytes(box.export(file_type="stl_ascii"))
     found["ply ascii"] = _bytes(box.export(file_type="ply", encoding="ascii"))
     found["glb two"] = _bytes(both.export(file_type="glb"))
+    lines = found["obj"].replace(b"\nf ", b"\nusemtl red\nf ", 1).split(b"\nf ")
+    half = len(lines) // 2
+    faces = b"\nf ".join(lines[:half]) + b"\nusemtl blue\nf " + b"\nf ".join(lines[half:])
+    found["obj colours"] = b"mtllib m.mtl\n" + faces
+    soup = np.concatenate([box.triangles, np.add(box.triangles, (0.06, 0.07, 0.0))])
+    found["stl touching"] = _bytes(_soup(soup).export(file_type="stl"))
+    shaken = soup[:12] + np.random.default_rng(0).uniform(-1e-8, 1e-8, (12, 3, 3))
+    found["stl shaken"] = _bytes(_soup(shaken).export(file_type="stl"))
+    counts = np.array([len(box.vertices), 0, 0, len(box.faces)], "<i4").tobytes()
+    found["msh"] = counts + box.vertices.astype("<f4").tobytes() + box.faces.astype("<i4").tobytes()
     found["obj two"] = b"o a\n" + found["obj"] + b"o b\n" + found["obj"].replace(b"f ", b"g x\nf ")
     size = struct.unpack_from("<I", found["glb"], 12)[0]
     document = json.loads(found["glb"][20 : 20 + size])
@@ -130,6 +166,13 @@ def meshes() -> dict[str, bytes]:
     document["buffers"][0]["uri"] = "data:application/octet-stream;base64," + body
     found["gltf"] = json.dumps(document).encode()
     return found
+
+
+def _soup(corners: np.ndarray) -> trimesh.Trimesh:
+    """Triangles from their corners (m, 3, 3), none shared."""
+    return trimesh.Trimesh(
+        corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3), process=False
+    )
 
 
 def _bytes(data: object) -> bytes:
@@ -155,29 +198,54 @@ class DamagedObject(Target):
             old.unlink()
         facts, kind = TOML.encode(), str(rng.choice(sorted(self.meshes)))
         change = words_changed if rng.integers(2) else mutated
-        match int(rng.integers(8)):
+        match int(rng.integers(10)):
             case 0 | 1:
                 facts, what = change(facts, rng), "toml"
                 (self.path / "m.stl").write_bytes(self.meshes["stl"])
-            case 2 | 3 | 4:
+            case 2 | 3:
                 what = "mjcf"
-                (self.path / "pot.xml").write_bytes(change(MJCF.encode(), rng))
-                (self.path / "assets" / "body.stl").write_bytes(self.meshes["stl"])
+                self.write_mjcf(main=change(MJCF.encode(), rng))
+            case 4:
+                what = "mjcf include"
+                self.write_mjcf(more=change(MORE.encode(), rng))
             case 5:
                 what = "mjcf mesh"
-                (self.path / "pot.xml").write_bytes(MJCF.encode())
-                (self.path / "assets" / "body.stl").write_bytes(mutated(self.meshes["stl"], rng))
+                name = str(rng.choice(["body", "two"]))
+                self.write_mjcf(**{name: mutated(self.meshes["stl touching"], rng)})
+            case 6:
+                what = "mtl"
+                (self.path / "m.obj").write_bytes(self.meshes["obj colours"])
+                (self.path / "m.mtl").write_bytes(change(MTL.encode(), rng))
             case _:
                 what = kind
                 data = self.meshes[kind]
-                binary = kind in ("stl", "ply", "glb", "glb two")
+                binary = kind.split()[0] in ("stl", "ply", "glb", "msh") and "ascii" not in kind
                 data = mutated(data, rng) if binary or rng.integers(2) else words_changed(data, rng)
                 (self.path / f"m.{kind.split()[0]}").write_bytes(data)
+                (self.path / "m.mtl").write_text(MTL)
         if what not in ("toml",) and rng.integers(4):
             # Nothing but the shape decides.
-            facts = b'mass = 0.4\nfriction = 0.6\nhull = true\nname = "pot"\n'
+            facts = b'mass = 0.4\nfriction = 0.6\nname = "pot"\n'
+            if rng.integers(4):
+                facts += b"hull = true\n"
+        if (self.path / "pot.xml").exists():
+            facts = b'model = "pot.xml"\n' + facts
         (self.path / "object.toml").write_bytes(facts)
         return what
+
+    def write_mjcf(
+        self,
+        main: bytes = MJCF.encode(),
+        more: bytes = MORE.encode(),
+        body: bytes | None = None,
+        two: bytes | None = None,
+    ) -> None:
+        """An MJCF with the file that it includes and its meshes."""
+        (self.path / "pot.xml").write_bytes(main)
+        (self.path / "more.xml").write_bytes(more)
+        meshes = {"body": body or self.meshes["stl"], "two": two or self.meshes["stl touching"]}
+        for name, data in meshes.items():
+            (self.path / "assets" / f"{name}.stl").write_bytes(data)
 
     def readers(self) -> list[Callable[[], object]]:
         """The one reader of objects, and MuJoCo's compiler after it."""

@@ -7,6 +7,7 @@ from tests.fuzz.frame import run_driver
 
 def test_damaged_folders_give_clear_errors(tmp_path):
     printed = run_driver("damaged_objects", tmp_path, 8.0)
-    for kind in ("toml", "mjcf", "stl", "glb"):
+    for kind in ("toml", "mjcf", "mjcf include", "stl", "glb", "msh"):
         assert f"\n{kind} refused: " in printed
-    assert "\nmjcf read: " in printed
+    for kind in ("mjcf", "mtl"):
+        assert f"\n{kind} read: " in printed

@@ -180,8 +180,8 @@ def palm_to(scene, data, plan):
 def test_fingers_that_land_on_top_do_not_grip(height, turn, sideways):
     # Palm down over the box, closing across its wider side, 69 mm either way. A proximal link at
     # angle p holds its fingertip 91 + 86.5 cos p + 68.5 mm before the palm, which is 235 mm at
-    # p = -29 degrees, and the pad 19.05 + 86.5 sin 29 - 14.8 = 46 mm from the axis: on the top. Across the
-    # narrower side, 36 mm either way, the fingers close beside it.
+    # p = -29 degrees, and the pad 19.05 + 86.5 sin 29 - 14.8 = 46 mm from the axis: on the top.
+    # Across the narrower side, 36 mm either way, the fingers close beside it.
     scene = build_scene(TrialSettings("box"))
     data = mujoco.MjData(scene.model)
     yaw = scene.obj.narrow_yaw + math.radians(turn)

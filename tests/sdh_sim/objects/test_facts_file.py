@@ -51,6 +51,11 @@ BAD_TOML = [
     (FACTS + "inertia = [1e-9, 1e-9, 1e-9, 0, 0, 0]", "as if all mass were in one point"),
     (FACTS + 'up = "w"', 'give "x", "y" or "z"'),
     (FACTS + 'hull = "yes"', "give true or false"),
+    (FACTS + 'pose = "stable:0"', 'give "stable:1" to "stable:50"'),
+    (FACTS + "pose = 1", 'give "stable:1" to "stable:50"'),
+    (FACTS + 'pose = "stable:9"', "pose is 'stable:9'; it has 6 stable poses"),
+    (FACTS + "decompose = 1", "decompose is 1; give true or false"),
+    (FACTS + "hull = true\ndecompose = true", "hull and decompose are both true; choose one"),
     (FACTS + 'name = "all"', "the name 'all' cannot be used"),
     (FACTS + 'name = "a/b"', "the name 'a/b' cannot be used"),
     (FACTS + 'name = "a b"', "cannot be used"),
@@ -61,7 +66,7 @@ BAD_TOML = [
     (FACTS + 'model = "assets/../block.stl"', "is not the name of a file in this folder"),
     (FACTS + 'model = "~/block.stl"', "is not the name of a file in this folder"),
     (FACTS + 'model = "other.stl"', "cannot read 'other.stl': No such file"),
-    (FACTS + "scale = 1000", "set scale = 1"),
+    (FACTS + "scale = 1000", "set scale for its unit, metres (scale = 1, 120 mm)"),
     (FACTS + "scale = 0", "scale is 0; give a number"),
 ]
 

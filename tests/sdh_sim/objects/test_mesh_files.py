@@ -91,14 +91,18 @@ BAD_MESHES = [
     (turned, "is not watertight"),
     (inverted, "is inside out: its volume is -0.000576 m³"),
     (hollow, "is inside out (the one of 2 parts around 0, 0, 0 m)"),
-    (lambda: block(size=(60, 80, 120)), "looks like millimetres: set scale = 0.001"),
-    (lambda: block(size=(6, 8, 12)), "looks like centimetres: set scale = 0.01"),
+    (lambda: block(size=(60, 80, 120)), "its unit, millimetres (scale = 0.001, 120 mm)"),
+    (
+        lambda: block(size=(6, 8, 12)),
+        "millimetres (scale = 0.001, 12 mm) or centimetres (scale = 0.01, 120 mm) or inches "
+        "(scale = 0.0254, 304.8 mm)",
+    ),
     (
         lambda: block(size=(6e-5, 8e-5, 12e-5)),
-        "its unit looks 1000 times as large: set scale = 1000",
+        "its largest side must be 10 to 500 mm: set scale",
     ),
     (lambda: block(size=(0.06, 0.08, 0.004)), "no side may be thinner than 0.005 m"),
-    (lambda: block(size=(0.06, 0.08, 0.6)), "0.06 × 0.08 × 0.6 m large; set scale so that it"),
+    (lambda: block(size=(0.06, 0.08, 0.6)), "0.06 × 0.08 × 0.6 m large; its largest"),
     (lambda: trimesh.creation.icosphere(7, 0.04), "more than 100000 triangles"),
     (
         lambda: trimesh.Scene([block((0.07 * k, 0, 0), (0.004,) * 3) for k in range(3)]),

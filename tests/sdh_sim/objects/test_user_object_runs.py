@@ -80,6 +80,25 @@ def test_a_plan_keeps_the_folders(tmp_path):
             RunPlan.from_dict({**plan.to_dict(), "folders": wrong})
 
 
+def test_run_json_says_what_was_done_with_the_files(tmp_path):
+    """Notes go along, change nothing, and may be missing, as in runs of earlier versions."""
+    mesh = block()
+    mesh.update_faces(np.arange(11))
+    reference = user_object(object_folder(tmp_path, mesh, FACTS + "hull = true")).reference
+    assert reference.notes == ("not closed: mass distribution from the hull",)
+    plan = RunPlan(("block",), TrialSettings("block"), 2, 0, {"block": reference})
+    kept = json.loads(json.dumps(plan.to_dict()))
+    assert kept["folders"]["block"]["notes"] == list(reference.notes)
+    assert RunPlan.from_dict(kept).folders["block"].notes == reference.notes
+    del kept["folders"]["block"]["notes"]
+    assert RunPlan.from_dict(kept) == plan
+    assert plan.changes_from(RunPlan.from_dict(kept)) == []
+    for wrong in ("text", [1], [""], ["\n"], ["x"] * 501, [["x"]], None):
+        kept["folders"]["block"]["notes"] = wrong
+        with pytest.raises(SettingsError):
+            RunPlan.from_dict(kept)
+
+
 def test_a_run_with_a_folder_repeats_resumes_and_minds_changes(tmp_path, monkeypatch, capsys):
     mug = tmp_path / "cup"
     shutil.copytree(MUG, mug)
@@ -130,6 +149,9 @@ def test_objects_describes_folders(tmp_path, capsys):
     out = capsys.readouterr().out
     assert "108.9 × 80.0 × 95.0" in out
     assert "mug.obj, 8 collision shapes, hulls 1.000 × its volume" in out
+    path = object_folder(tmp_path / "turned", facts=FACTS + 'pose = "stable:2"')
+    assert main(["objects", str(path)]) == 0
+    assert "\n  stable pose 2, tilted by 90° from z up\n" in capsys.readouterr().out
     assert main(["objects", str(tmp_path)]) == 2
     err = capsys.readouterr().err
     assert err.startswith("sdh-sim: --object: ")
