@@ -52,7 +52,7 @@ def _root(
 @app.command()
 @options_from(LiftRequest, TrialSettings, RunOptions)
 def lift(**given: Any) -> None:
-    """Run random grasp-and-lift trials.
+    """Run grasp-and-lift trials, of random grasps or those of a file.
 
     FOLDER/trials.parquet gets one row per trial, FOLDER/run.json what it takes to repeat them.
     """
@@ -96,6 +96,23 @@ def show(
     from sdh_sim.cli import show as cli_show
 
     cli_show.show(run, trial, save, png)
+
+
+@app.command()
+def grasps(
+    run: Annotated[Path, typer.Argument(help="Run folder (the --out of a lift).")],
+    out: Annotated[
+        Path, typer.Option(help="File to write: .parquet, .csv, .json or .yaml (isaac_grasp).")
+    ],
+    object: Annotated[
+        list[str] | None, typer.Option(help="Grasps of this object alone; again for more.")
+    ] = None,
+    success: Annotated[bool, typer.Option("--success", help="Only grasps that held.")] = False,
+) -> None:
+    """Write the grasps of a run to a file, which lift --grasps takes again."""
+    from sdh_sim.cli import grasps as cli_grasps
+
+    cli_grasps.write(run, out, object or (), only_held=success)
 
 
 @app.command()

@@ -175,11 +175,16 @@ def write_grasps(entries: Iterable[GraspEntry], path: str | Path) -> None:
             holds the grasps of one object.
 
     Raises:
-        GraspFileError: another ending, or grasps of several objects in YAML.
+        GraspFileError: another ending, too many grasps, or those of several objects in YAML.
         OSError: the disk refused; the file that was there stays as it was.
     """
     path, entries = Path(path), list(entries)
     check_ending(path)
+    if len(entries) > MAX_GRASPS:
+        raise GraspFileError(
+            f"grasps: {path} would hold {len(entries)} grasps; allowed are {MAX_GRASPS}: write "
+            "fewer, those of one object for example"
+        )
     match path.suffix.lower():
         case ".parquet":
             data = tables.write_parquet(entries)

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from sdh_sim.errors import one_line
-from sdh_sim.robot import MOTOR_NAMES
-from sdh_sim.robot import sdh2_constants as c
+from sdh_sim.errors import SettingsError, one_line
+from sdh_sim.robot import MOTOR_NAMES, Closing, closing_between, preshape_closing
+from sdh_sim.robot.sdh2_constants import PRESHAPES
 
 PALM = tuple(f"palm_{name}" for name in ("x", "y", "z", "qw", "qx", "qy", "qz"))
 OPEN = tuple(f"open_{name}" for name in MOTOR_NAMES)
@@ -24,8 +24,6 @@ COLUMNS = ("object", "name", *PALM, "preshape", "ratio", *OPEN, *CLOSED, "object
 MAX_NAME = 100  # letters
 _FARTHEST = 10.0  # [m] palm from object: more is a length in other units
 _UNIT = 1e-6  # how far the length of a quaternion may be from 1
-_ROUND_OFF = 1e-9  # [rad] by which an angle may exceed its limit
-_REACH = np.array([c.SPREAD_RANGE if m.kind == "spread" else c.PHALANX_RANGE for m in c.MOTORS])
 
 
 class FormatError(ValueError):
@@ -64,6 +62,20 @@ class GraspEntry:
     object_yaw: float | None = None
     confidence: float | None = None
 
+    @property
+    def closing(self) -> Closing:
+        """How the fingers close."""
+        if self.preshape:
+            return preshape_closing(self.preshape)
+        assert self.open is not None
+        assert self.closed is not None
+        return closing_between(self.open, self.closed)
+
+    @property
+    def opening(self) -> float | None:
+        """Closing ratio during the approach; None: the most closed one that touches nothing."""
+        return self.ratio if self.preshape else 0.0
+
     def values(self) -> dict[str, Any]:
         """The row of a table by column: text, a number, or None where there is no value."""
         row: dict[str, Any] = dict.fromkeys(COLUMNS)
@@ -93,10 +105,8 @@ def entry_of(values: Mapping[str, Any], object_name: str, name: str) -> GraspEnt
     given = [column for column in (*OPEN, *CLOSED) if values.get(column) is not None]
     ratio = _number(values, "ratio", 0.0, 1.0)
     if preshape:
-        if preshape not in c.PRESHAPES:
-            raise EntryError(
-                f"has preshape {show(preshape)}; choose one of {', '.join(c.PRESHAPES)}"
-            )
+        if preshape not in PRESHAPES:
+            raise EntryError(f"has preshape {show(preshape)}; choose one of {', '.join(PRESHAPES)}")
         if given:
             raise EntryError(f"has a preshape and {given[0]}; give a preshape or angles, not both")
         angles = None, None
@@ -108,7 +118,7 @@ def entry_of(values: Mapping[str, Any], object_name: str, name: str) -> GraspEnt
         if ratio is not None:
             raise EntryError("has a ratio without a preshape; with angles, open_… are taken")
         angles = _angles(values, OPEN), _angles(values, CLOSED)
-    return GraspEntry(
+    entry = GraspEntry(
         object=text_of(values, "object") or object_name,
         name=text_of(values, "name") or name,
         palm_pose=_palm_pose(values),
@@ -119,6 +129,11 @@ def entry_of(values: Mapping[str, Any], object_name: str, name: str) -> GraspEnt
         object_yaw=_number(values, "object_yaw", -2 * math.pi, 2 * math.pi, "rad"),
         confidence=_number(values, "confidence", -math.inf, math.inf),
     )
+    try:
+        _ = entry.closing  # who makes closings checks angles
+    except SettingsError as error:
+        raise EntryError(f"cannot close: {error}") from error
+    return entry
 
 
 def _palm_pose(values: Mapping[str, Any]) -> np.ndarray:
@@ -137,13 +152,11 @@ def _palm_pose(values: Mapping[str, Any]) -> np.ndarray:
 
 
 def _angles(values: Mapping[str, Any], names: tuple[str, ...]) -> np.ndarray:
-    found = []
-    for name, (low, high) in zip(names, _REACH, strict=True):
-        value = _number(values, name, low - _ROUND_OFF, high + _ROUND_OFF, "rad")
+    found = [_number(values, name, -math.inf, math.inf) for name in names]
+    for name, value in zip(names, found, strict=True):
         if value is None:
             raise EntryError(f"has no {name}; give all seven angles of open_… and closed_…")
-        found.append(value)
-    return np.array(found)
+    return np.array(found, dtype=float)
 
 
 def text_of(values: Mapping[str, Any], name: str) -> str | None:

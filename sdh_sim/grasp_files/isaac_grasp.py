@@ -36,7 +36,7 @@ from sdh_sim.grasp_files.grasp_entry import (
     show,
 )
 from sdh_sim.grasp_files.yaml_reader import read_yaml
-from sdh_sim.robot import MOTOR_NAMES, preshape_angles
+from sdh_sim.robot import MOTOR_NAMES, preshape_closing
 from sdh_sim.robot.sdh2_constants import COUPLED_JOINT, PRESHAPES
 
 FORMAT, VERSION = "isaac_grasp", 1.0
@@ -133,7 +133,7 @@ def _check_preshape(preshape: str, ratio: Any, opened: list[Any], closed: list[A
         if not 0.0 <= at <= 1.0:
             continue  # who makes the entry says so
         stated = np.array([_number(angle) for angle in angles])
-        if not np.allclose(stated, preshape_angles(preshape, at), rtol=0.0, atol=_SAME):
+        if not np.allclose(stated, preshape_closing(preshape).angles(at), rtol=0.0, atol=_SAME):
             raise EntryError(
                 f"has preshape {preshape}, but other angles in {key}; remove the preshape and the "
                 "ratio to take the angles"
@@ -165,13 +165,10 @@ def write_text(entries: Iterable[GraspEntry], object_name: str) -> str:
 
 def _lines(entry: GraspEntry) -> Iterator[str]:
     x, y, z, w, *axis = map(_float, entry.palm_pose.tolist())
-    if entry.preshape:
-        opened = preshape_angles(entry.preshape, entry.ratio or 0.0)
-        closed = preshape_angles(entry.preshape, 1.0)
-    else:
-        assert entry.open is not None
-        assert entry.closed is not None
-        opened, closed = entry.open, entry.closed
+    opened, closed = entry.open, entry.closed
+    if opened is None or closed is None:
+        closing = preshape_closing(entry.preshape)
+        opened, closed = closing.angles(entry.ratio or 0.0), closing.angles(1.0)
     yield f"  {_quoted(entry.name)}:"
     # Other programs ask for a confidence; 0 is the least that it can be.
     yield f"    confidence: {_float(entry.confidence or 0.0)}"

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from sdh_sim.cell import Observer, Scene, Simulation, scene_of
-from sdh_sim.errors import Diverged, InfeasibleGrasp
+from sdh_sim.errors import Diverged, InfeasibleGrasp, SettingsError
 from sdh_sim.grasping import (
     GraspPlan,
     Infeasible,
@@ -31,7 +31,7 @@ from sdh_sim.sensing import (
     unit_vector,
 )
 from sdh_sim.sensing.tactile_sensor import PRESETS
-from sdh_sim.settings import GRAVITY_DIRECTIONS, TrialSettings
+from sdh_sim.settings import FROM_FILE, GRAVITY_DIRECTIONS, TrialSettings
 from sdh_sim.trial import load_test
 from sdh_sim.trial.disturbance import disturb
 from sdh_sim.trial.lift import lift
@@ -65,7 +65,7 @@ class Trial:
         diverged: state after the step in which the simulation diverged, by name; else None.
 
     Raises:
-        SettingsError: no such object.
+        SettingsError: no such object, or no plan where grasps come from a file.
         NoFeasibleGrasp: none could be drawn.
     """
 
@@ -87,6 +87,8 @@ class Trial:
             found = motion
         elif plan is not None:
             found = plan_given(self.scene, plan)
+        elif settings.grasps == FROM_FILE:
+            raise SettingsError("grasps: a trial with grasps from a file needs one of them, plan")
         else:
             found = plan_motion(self.scene, np.random.default_rng(seed))
         self._found = found
@@ -325,10 +327,18 @@ class Trial:
         row.mass_kg, row.friction = obj.mass_kg, obj.friction
         row.torque_limit_nm = self.simulation.limits
         row.gravity = self.settings.gravity if self.settings.support == "none" else None
-        if isinstance(self._found, Infeasible):
+        found = self._found
+        grasp = self.plan if isinstance(found, Infeasible) else found.grasp
+        assert grasp is not None
+        row.preshape = grasp.closing.name or None
+        row.plan_palm_pose_object = grasp.palm_in_object(obj)
+        row.plan_open_rad, row.plan_closed_rad = grasp.closing.open, grasp.closing.closed
+        if isinstance(found, Infeasible):
+            row.plan_opening = grasp.opening
+            row.object_yaw_rad = None if grasp.turnable else grasp.object_yaw
             return
-        grasp, drawn = self._found.grasp, self._found.grasp.drawn
-        row.preshape, row.object_yaw_rad = grasp.closing.name or None, grasp.object_yaw
+        row.plan_opening, row.object_yaw_rad = found.opening, grasp.object_yaw
+        drawn = grasp.drawn
         if drawn is None:
             return
         row.approach = drawn.approach
@@ -336,5 +346,5 @@ class Trial:
         row.plan_tilt_rad = drawn.tilt
         row.plan_height_m, row.plan_depth_m = drawn.height, drawn.depth
         row.plan_offset_m = drawn.offset
-        row.resampled_unreachable = self._found.unreachable
-        row.resampled_colliding = self._found.colliding
+        row.resampled_unreachable = found.unreachable
+        row.resampled_colliding = found.colliding

@@ -21,7 +21,7 @@ from sdh_sim.grasp_files import (
     write_grasps,
 )
 from sdh_sim.grasp_files.grasp_entry import CLOSED, COLUMNS, NUMBERS, OPEN
-from sdh_sim.robot import MOTOR_NAMES, preshape_angles
+from sdh_sim.robot import MOTOR_NAMES
 from tests.support.grasp_entries import entries
 
 TABLES = (".parquet", ".csv", ".json")
@@ -88,7 +88,7 @@ def test_isaac_grasp_is_what_other_readers_expect(tmp_path):
         grasp = document["grasps"][entry.name]
         turn = grasp["orientation"]
         assert [*grasp["position"], turn["w"], *turn["xyz"]] == entry.palm_pose.tolist()
-        closed = entry.closed if entry.preshape == "" else preshape_angles(entry.preshape, 1.0)
+        closed = entry.closing.angles(1.0) if entry.preshape else entry.closed
         assert closed is not None
         assert grasp["cspace_position"] == dict(zip(MOTOR_NAMES, closed.tolist(), strict=True))
         assert set(grasp["pregrasp_cspace_position"]) == set(MOTOR_NAMES)
