@@ -45,8 +45,7 @@ class TrialTask:
             run_trial = self.trial
             if run_trial is None:
                 from sdh_sim.trial import run_trial  # MuJoCo is loaded in workers only
-            plan = {} if job.grasp is None else {"plan": plan_in_job(job)}
-            result = run_trial(job.settings, job.seed, self.rerun != "none", **plan)
+            result = run_trial(job.settings, job.seed, self.rerun != "none", **given_plan(job))
             row = normalise({**result.row, **job.labels})
             if (row["object"], row["seed"]) != (job.settings.object, job.seed):
                 raise RecordError(f"the row is of {row['object']}, seed {row['seed']}")
@@ -85,13 +84,19 @@ def _first_line(error: Exception) -> str:
     return f"{type(error).__name__}: {error}".splitlines()[0]
 
 
-def plan_in_job(job: Job) -> Any:
-    """The plan of a job's grasp from a file; raises SettingsError."""
+def given_plan(job: Job) -> dict[str, Any]:
+    """The argument ``plan`` of a trial whose grasp comes from a file; nothing where it is random.
+
+    Raises:
+        SettingsError: no such object.
+    """
+    if job.grasp is None:
+        return {}
     from sdh_sim.grasping import plan_of
     from sdh_sim.objects import object_info
 
-    assert job.grasp is not None
-    return plan_of(job.grasp, object_info(job.settings.object, job.settings.folder))
+    obj = object_info(job.settings.object, job.settings.folder)
+    return {"plan": plan_of(job.grasp, obj)}
 
 
 class Executor(Protocol):

@@ -91,13 +91,12 @@ def stored_jobs(folder: RunFolder, trials: Sequence[int]) -> list[tuple[Any, Tri
 
 def repeat(folder: RunFolder, job: Any, stored: TrialRow) -> Any:
     """Run a stored trial again, print its verdict, and warn where it differs; its log."""
-    from sdh_sim.campaign.jobs import plan_in_job
+    from sdh_sim.campaign.jobs import given_plan
     from sdh_sim.trial import run_trial
 
     # Users' metrics are not evaluated again: code that a run's folder names is not run unasked.
     settings = dataclasses.replace(job.settings, metrics=())
-    plan = None if job.grasp is None else plan_in_job(job)
-    result = run_trial(settings, job.seed, log=True, plan=plan)
+    result = run_trial(settings, job.seed, log=True, **given_plan(job))
     row = normalise({**result.row, **job.labels})
     row["surplus"] = stored["surplus"]  # known to the run, not to the trial
     row.update({name: value for name, value in stored.items() if is_added(name)})

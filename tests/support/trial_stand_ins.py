@@ -13,11 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from sdh_sim.objects import object_info
 from sdh_sim.records import FAILURES
 from sdh_sim.runs import RunPlan
 from sdh_sim.settings import TrialSettings
 
 OBJECTS = ("box", "oval_bottle")
+# How a random grasp ends that its trial does not raise for.
+ENDS = tuple(failure for failure in FAILURES if failure not in ("infeasible", "error"))
 
 
 def plan(trials: int = 6, objects: tuple[str, ...] = OBJECTS, seed: int = 0, **settings) -> RunPlan:
@@ -39,7 +42,7 @@ class Result:
 def make_row(name: str, seed: int) -> dict[str, Any]:
     """A row that the seed alone decides, with the gaps that real rows have."""
     rng = np.random.default_rng(seed)
-    failure = FAILURES[int(rng.integers(6))]  # neither "error" nor "infeasible"
+    failure = ENDS[int(rng.integers(len(ENDS)))]
     touched = failure != "no_contact"
     return {
         "object": name,
@@ -63,6 +66,22 @@ def make_row(name: str, seed: int) -> dict[str, Any]:
 def quick(settings: TrialSettings, seed: int, log: bool = False) -> Result:
     """At once."""
     return Result(make_row(settings.object, seed))
+
+
+def given(settings: TrialSettings, seed: int, log: bool = False, *, plan: Any) -> Result:
+    """At once, for grasps of a file: the row says where the palm was to go."""
+    row = make_row(settings.object, seed)
+    row["plan_palm_pose_object"] = plan.palm_in_object(object_info(settings.object))
+    row["preshape"] = plan.closing.name or None
+    row |= {"plan_open_rad": plan.closing.open, "plan_closed_rad": plan.closing.closed}
+    return Result(row)
+
+
+def given_or_error(settings: TrialSettings, seed: int, log: bool = False, *, plan: Any) -> Result:
+    """As ``given``; fails at every third seed."""
+    if seed % 3 == 0:
+        raise ZeroDivisionError
+    return given(settings, seed, plan=plan)
 
 
 def either(settings: TrialSettings, seed: int, log: bool = False) -> Result:
