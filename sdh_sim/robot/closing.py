@@ -82,7 +82,8 @@ def closing_between(
     """The closing between two postures of a user's own.
 
     Args:
-        open, closed: angles of the motors in the order of ``MOTOR_NAMES`` (7,) [rad].
+        open: angles of the motors in the order of ``MOTOR_NAMES`` (7,) [rad].
+        closed: likewise.
 
     Raises:
         SettingsError: not seven finite angles each within the joints' range, or no phalanx flexes.

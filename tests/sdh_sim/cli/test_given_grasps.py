@@ -141,7 +141,7 @@ def test_grasps_that_cannot_be_tried_are_counted_apart(random_run, tmp_path, cap
     assert "simulation was unstable" not in compared
     page = (out / "report" / "index.html").read_text()
     assert "2 trials were left out: the arm cannot do their grasp without a collision" in page
-    assert "infeasible: " in fails(capsys, "show", out, "--trial", 1, "--png", tmp_path / "a.png")
+    assert "infeasible: " in fails(capsys, "show", out, "--trial", "1", "--png", tmp_path / "a.png")
     assert main(["show", str(out), "--trial", "0", "--save", str(tmp_path / "t.rrd")]) == 0
     captured = capsys.readouterr()
     assert "warning" not in captured.err
@@ -174,14 +174,14 @@ def test_a_run_repeats_resumes_and_minds_changes(tmp_path, capsys, quick, file):
     assert lift("--grasps", file, "--trials", 3, "--out", whole, "--workers", 2) == 0
     assert lift("--grasps", file, "--trials", 1, "--out", parts) == 0
     same = ["lift", "--resume", "--out", parts]
-    resume = [*same, "--trials", 3]
+    resume = [*same, "--trials", "3"]
     text = file.read_text()
     file.write_text(text.replace("0.", "0.0", 1))
     kept = table(parts)
     capsys.readouterr()
     changed = "has changed since the run began; bring the file back, or start a run"
     assert changed in fails(capsys, *resume)
-    assert changed in fails(capsys, "show", parts, "--trial", 0)
+    assert changed in fails(capsys, "show", parts, "--trial", "0")
     assert "grasp_set (run: sha256" in fails(capsys, *same, "--grasps", file)
     assert "grasps (run: file, asked: any)" in fails(capsys, *same, "--grasps", "any")
     assert table(parts) == kept
@@ -193,7 +193,7 @@ def test_a_run_repeats_resumes_and_minds_changes(tmp_path, capsys, quick, file):
     assert "trial numbers move, each grasp now has 3 trials (it had 1)" in capsys.readouterr().err
     assert table(parts) == table(whole)
     assert "would drop some: give 3 or more" in fails(
-        capsys, "lift", "--resume", "--trials", 2, "--out", parts
+        capsys, "lift", "--resume", "--trials", "2", "--out", parts
     )
     rows = read_rows(whole / "trials.parquet")
     box = [e.name for e in entries(5) if e.object == "box"]
