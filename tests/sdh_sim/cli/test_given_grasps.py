@@ -9,13 +9,17 @@ import pytest
 
 from sdh_sim.cli.app import main
 from sdh_sim.grasp_files import GraspEntry, read_grasps, write_grasps
-from sdh_sim.records import read_rows, read_table
+from sdh_sim.records import differing_columns, read_rows, read_table
 from sdh_sim.robot import closing_between, preshape_closing
 from sdh_sim.runs import RunFolder
 from tests.support import trial_stand_ins as stand_ins
 from tests.support.command_line import fails, use_trial
 from tests.support.grasp_entries import entries
 
+# What a random grasp has and one of a file has not, and the other way round.
+OTHERS = {"approach", "resampled_unreachable", "resampled_colliding"}
+OTHERS |= {f"plan_{name}" for name in ("azimuth_rad", "roll_rad", "tilt_rad", "height_m")}
+OTHERS |= {"plan_depth_m", "plan_offset_m", "grasp_name", "grasp_copy", "grasp_confidence"}
 FAST = ["--workers", "1", "--timestep", "0.004"]
 
 
@@ -58,8 +62,7 @@ def test_a_written_set_lifted_again_ends_the_same(random_run, tmp_path, capsys, 
     rows, repeated = read_rows(random_run / "trials.parquet"), read_rows(out / "trials.parquet")
     for row, other in zip(rows, repeated, strict=True):
         assert (other["object"], other["seed"]) == (row["object"], row["seed"])
-        assert other["failure"] == row["failure"]
-        assert other["displacement_mm"] == pytest.approx(row["displacement_mm"], abs=0.1)
+        assert set(differing_columns(row, other)) == OTHERS  # nothing else, to the last bit
         assert other["grasp_name"] == f"trial_{row['trial']}"
         assert other["grasp_copy"] == 0
         assert other["grasp_confidence"] == float(row["success"])
