@@ -134,11 +134,17 @@ def render(
 def view(
     object: Annotated[str, typer.Argument(help="Object, or the folder of your own.")] = "box",
     seed: Annotated[int, typer.Option(help="Seed of the grasp.")] = 0,
+    grasps: Annotated[
+        Path | None, typer.Option(help="File with the grasp, in place of a random one.")
+    ] = None,
+    grasp: Annotated[
+        str | None, typer.Option(help="Its name in the file.", show_default="the first")
+    ] = None,
 ) -> None:
     """Open MuJoCo's own viewer on the cell, the hand before a grasp."""
     from sdh_sim.cli import render as cli_render
 
-    cli_render.view(object, seed)
+    cli_render.view(object, seed, grasps, grasp)
 
 
 @app.command()

@@ -36,6 +36,7 @@ from sdh_sim.trial import load_test
 from sdh_sim.trial.disturbance import disturb
 from sdh_sim.trial.lift import lift
 from sdh_sim.trial.outcome import Motion, classify
+from sdh_sim.trial.plan_columns import describe_grasp, describe_motion
 from sdh_sim.trial.weigh import weigh
 
 # Random streams of a trial beside the plan's own, so that an option changes nothing else.
@@ -328,23 +329,8 @@ class Trial:
         row.torque_limit_nm = self.simulation.limits
         row.gravity = self.settings.gravity if self.settings.support == "none" else None
         found = self._found
-        grasp = self.plan if isinstance(found, Infeasible) else found.grasp
-        assert grasp is not None
-        row.preshape = grasp.closing.name or None
-        row.plan_palm_pose_object = grasp.palm_in_object(obj)
-        row.plan_open_rad, row.plan_closed_rad = grasp.closing.open, grasp.closing.closed
-        if isinstance(found, Infeasible):
-            row.plan_opening = grasp.opening
-            row.object_yaw_rad = None if grasp.turnable else grasp.object_yaw
-            return
-        row.plan_opening, row.object_yaw_rad = found.opening, grasp.object_yaw
-        drawn = grasp.drawn
-        if drawn is None:
-            return
-        row.approach = drawn.approach
-        row.plan_azimuth_rad, row.plan_roll_rad = drawn.azimuth, drawn.roll
-        row.plan_tilt_rad = drawn.tilt
-        row.plan_height_m, row.plan_depth_m = drawn.height, drawn.depth
-        row.plan_offset_m = drawn.offset
-        row.resampled_unreachable = found.unreachable
-        row.resampled_colliding = found.colliding
+        if not isinstance(found, Infeasible):
+            describe_grasp(row, found.grasp, obj)
+            describe_motion(row, found)
+        elif self.plan is not None:
+            describe_grasp(row, self.plan, obj)
