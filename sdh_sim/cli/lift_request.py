@@ -42,7 +42,7 @@ class LiftRequest:
         default=None,
         metadata=setting(
             "Trials per object; of each grasp, where they come from a file.",
-            shown=f"{TRIALS}, of a grasp {COPIES}",
+            shown=f"{TRIALS}; {COPIES} of each grasp",
             allowed="at least 1",
         ),
     )
