@@ -39,7 +39,7 @@ def write(run: Path, out: Path, objects: Sequence[str] = (), *, only_held: bool 
     tried, lost = _grasps_of(folder.finished(plan), objects)
     found = [one.entry() for one in tried if one.held or not only_held]
     if not found:
-        held = "no trial that held" if only_held else "no finished trial with a grasp"
+        held = "no trial that held" if only_held else "no finished trial with a grasp in its row"
         raise RunError(f"{run} has {held}; nothing was written")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)

@@ -289,7 +289,7 @@ def test_grasps_refuses_in_one_line(tmp_path, capsys, run):
     assert "is not a folder" in fails(capsys, "grasps", tmp_path / "none", "--out", out)
     assert "--object: got 'mug'; " in fails(capsys, "grasps", run, "--object", "mug", "--out", out)
     # Stand-ins of random grasps have none.
-    assert "has no finished trial with a grasp; nothing was written" in fails(
+    assert "has no finished trial with a grasp in its row; nothing was written" in fails(
         capsys, "grasps", run, "--out", out
     )
     assert not out.exists()
