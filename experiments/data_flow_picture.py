@@ -58,6 +58,7 @@ RUN = (
     Room("viewing", "to look at a trial", ("trial.rrd", "trial.png")),
 )
 BELOW = (
+    Room("grasp_files", "a user's grasps"),
     Room("robot", "hand, arm, pads"),
     Room("objects", "what is grasped"),
     Room("records", "columns and rows"),
@@ -114,8 +115,8 @@ def _lines() -> Iterator[str]:
             y = top + HEADING + (BOX_HEIGHT - HEADING) / 2
             yield _arrow("grey", (_left(k) + BOX_WIDTH + 2, y), (_left(k + 1) - 2, y))
     yield from _between_rows(bottom)
-    yield _words(LEFT, LOWEST + 30, "what these stand on:", 16, GREY, "start")
-    for k, room in enumerate(BELOW, start=1):
+    yield _words(LEFT, LOWEST - 10, "what these stand on:", 16, GREY, "start")
+    for k, room in enumerate(BELOW):
         yield from _box(room, _left(k), LOWEST, HEADING)
     yield "</svg>"
 

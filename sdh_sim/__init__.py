@@ -15,6 +15,8 @@ from sdh_sim._version import __version__ as __version__
 if TYPE_CHECKING:
     from sdh_sim.campaign import RunResult, run_campaign
     from sdh_sim.errors import CampaignError, RecordError, RunError, SettingsError
+    from sdh_sim.grasp_files import GraspEntry, read_grasps, write_grasps
+    from sdh_sim.grasping import GraspPlan, plan_of
     from sdh_sim.metrics import (
         METRICS,
         Prediction,
@@ -28,7 +30,7 @@ if TYPE_CHECKING:
     from sdh_sim.model_files import models_dir
     from sdh_sim.objects import ObjectInfo, object_info, object_names, user_object
     from sdh_sim.records import COLUMNS, TrialRow, read_rows, read_table, stack
-    from sdh_sim.robot import HandKinematics
+    from sdh_sim.robot import HandKinematics, closing_between, preshape_closing
     from sdh_sim.runs import RunFolder, RunPlan
     from sdh_sim.sensing import PadContact, PerceivedGrasp, TactileSnapshot, perceive
     from sdh_sim.settings import TrialSettings
@@ -40,6 +42,8 @@ __all__ = [
     "COLUMNS",
     "METRICS",
     "CampaignError",
+    "GraspEntry",
+    "GraspPlan",
     "HandKinematics",
     "ObjectInfo",
     "PadContact",
@@ -56,6 +60,7 @@ __all__ = [
     "TrialResult",
     "TrialRow",
     "TrialSettings",
+    "closing_between",
     "evaluate",
     "find_metrics",
     "grasp_of",
@@ -64,7 +69,10 @@ __all__ = [
     "object_names",
     "object_of",
     "perceive",
+    "plan_of",
     "predict",
+    "preshape_closing",
+    "read_grasps",
     "read_rows",
     "read_table",
     "render_trial",
@@ -73,12 +81,15 @@ __all__ = [
     "snapshot_of",
     "stack",
     "user_object",
+    "write_grasps",
     "write_recording",
 ]
 
 _MODULES = {
     "campaign": ("RunResult", "run_campaign"),
     "errors": ("CampaignError", "RecordError", "RunError", "SettingsError"),
+    "grasp_files": ("GraspEntry", "read_grasps", "write_grasps"),
+    "grasping": ("GraspPlan", "plan_of"),
     "metrics": (
         *("METRICS", "Prediction", "evaluate", "find_metrics"),
         *("grasp_of", "object_of", "predict", "snapshot_of"),
@@ -86,7 +97,7 @@ _MODULES = {
     "model_files": ("models_dir",),
     "objects": ("ObjectInfo", "object_info", "object_names", "user_object"),
     "records": ("COLUMNS", "TrialRow", "read_rows", "read_table", "stack"),
-    "robot": ("HandKinematics",),
+    "robot": ("HandKinematics", "closing_between", "preshape_closing"),
     "runs": ("RunFolder", "RunPlan"),
     "sensing": ("PadContact", "PerceivedGrasp", "TactileSnapshot", "perceive"),
     "settings": ("TrialSettings",),

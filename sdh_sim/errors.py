@@ -18,6 +18,10 @@ class HandError(SettingsError):
     """A hand's folder that cannot be used; the message says where, what and what would do."""
 
 
+class GraspFileError(SettingsError):
+    """A file of grasps that cannot be used; the message says where, what and what would do."""
+
+
 class MeshError(ValueError):
     """A mesh that cannot be used; the message is the end of a sentence about its file."""
 

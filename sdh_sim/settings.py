@@ -10,7 +10,14 @@ from typing import Any
 
 from sdh_sim.errors import SettingsError
 from sdh_sim.setting_table import check, setting
-from sdh_sim.user_references import ObjectFolder, UserMetric, check_metrics, metrics_from, plain
+from sdh_sim.user_references import (
+    GraspSet,
+    ObjectFolder,
+    UserMetric,
+    check_metrics,
+    metrics_from,
+    plain,
+)
 
 PAPER_TORQUE_FACTOR = 0.781  # Krug et al.: share of the data-sheet torque used in section IV-B
 DATASHEET_TORQUE_LIMIT = (2.1, 1.4)  # [N m] spread and proximal joints, distal joints
@@ -19,6 +26,7 @@ PAPER_TORQUE_LIMIT = (
     round(DATASHEET_TORQUE_LIMIT[1] * PAPER_TORQUE_FACTOR, 4),
 )
 GRAVITY_DIRECTIONS = ("-z", "+z", "-x", "+x", "-y", "+y")
+RANDOM_GRASPS, FROM_FILE = ("any", "precision"), "file"  # where grasps come from
 LARGEST_TORQUE = 100.0  # [N m] that a motor may have
 
 
@@ -72,7 +80,10 @@ class TrialSettings:
     )
     grasps: str = field(
         default="any",
-        metadata=setting("any, or precision: fingertips alone.", choices=("any", "precision")),
+        metadata=setting(
+            "Grasps: random ones, any or precision (fingertips alone), or those of a file.",
+            allowed="any, precision, or the path of a file (in Python: file, with grasp_set)",
+        ),
     )
     arm: str = field(
         default="servo",
@@ -177,6 +188,10 @@ class TrialSettings:
             option=False,
         ),
     )
+    grasp_set: GraspSet | None = field(
+        default=None,
+        metadata=setting("File that the grasps come from; None: they are random.", option=False),
+    )
     metrics: tuple[UserMetric, ...] = field(
         default=(),
         metadata=setting("Users' own metrics, beside the built-in ones.", option=False),
@@ -199,6 +214,7 @@ class TrialSettings:
         check(self)
         if self.folder is not None and not isinstance(self.folder, ObjectFolder):
             raise SettingsError(f"folder: got {self.folder!r:.80}; expected an ObjectFolder")
+        self._check_grasps()
         check_metrics(self.metrics)
         if self.support == "table" and self.gravity != "-z":
             raise SettingsError(
@@ -215,11 +231,26 @@ class TrialSettings:
                 "for the disturbance"
             )
 
+    def _check_grasps(self) -> None:
+        if self.grasp_set is not None and not isinstance(self.grasp_set, GraspSet):
+            raise SettingsError(f"grasp_set: got {self.grasp_set!r:.80}; expected a GraspSet")
+        if self.grasps not in (*RANDOM_GRASPS, FROM_FILE):
+            raise SettingsError(
+                f"grasps: got {self.grasps!r:.200}; choose {' or '.join(RANDOM_GRASPS)}, or give "
+                "the path of a file of grasps"
+            )
+        if (self.grasps == FROM_FILE) != (self.grasp_set is not None):
+            raise SettingsError(
+                f"grasp_set: got {self.grasp_set!r:.80} with grasps {self.grasps!r}; {FROM_FILE!r} "
+                "needs one, and nothing else takes one"
+            )
+
     def to_dict(self) -> dict[str, Any]:
         """The settings as plain JSON values."""
         data = dataclasses.asdict(self)
         data["torque_limit"] = list(self.torque_limit)
         data |= {"folder": plain(self.folder), "metrics": plain(self.metrics)}
+        data["grasp_set"] = plain(self.grasp_set)
         return data
 
     @classmethod
@@ -239,6 +270,8 @@ class TrialSettings:
                 values["torque_limit"] = tuple(values["torque_limit"])
         if values.get("folder") is not None:
             values["folder"] = ObjectFolder.from_dict(values["folder"])
+        if values.get("grasp_set") is not None:
+            values["grasp_set"] = GraspSet.from_dict(values["grasp_set"])
         if "metrics" in values:
             values["metrics"] = metrics_from(values["metrics"])
         return cls(**values)

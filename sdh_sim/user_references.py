@@ -1,4 +1,4 @@
-"""References to what users bring: the folder of an object, the function of a metric.
+"""References to what users bring: an object's folder, a metric's function, a file of grasps.
 
 References are small, go to every worker and stand in ``run.json``. The SHA-256 of what they point
 to comes along, so that a run never goes on with another object or another metric.
@@ -55,6 +55,31 @@ class ObjectFolder:
         else:
             notes = ()
         return cls(**_fields("object", data, ("path", "sha256")), notes=notes)
+
+
+@dataclass(frozen=True)
+class GraspSet:
+    """A file of a user's own grasps.
+
+    Attributes:
+        path: absolute path of the file.
+        sha256: of its bytes.
+
+    Raises:
+        SettingsError: not a path or not a SHA-256.
+    """
+
+    path: str = field(repr=False)  # the grasps are the same wherever their file lies
+    sha256: str
+
+    def __post_init__(self) -> None:
+        _text("grasp_set", self.path)
+        _digest("grasp_set", self.sha256)
+
+    @classmethod
+    def from_dict(cls, data: Any) -> GraspSet:
+        """The reference that ``asdict`` gave; raises SettingsError."""
+        return cls(**_fields("grasp_set", data, ("path", "sha256")))
 
 
 @dataclass(frozen=True)

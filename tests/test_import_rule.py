@@ -31,8 +31,8 @@ GROUND = {
 LEVELS = [
     GROUND,
     {"robot", "objects", "records"},
-    {"cell", "runs", "analysis"},
-    {"sensing", "report"},
+    {"cell", "grasp_files", "analysis"},
+    {"sensing", "runs", "report"},
     {"grasping", "metrics"},
     {"trial"},
     {"viewing"},

@@ -99,7 +99,7 @@ def _ends(name: str, bounds: tuple[float, float] | None) -> dict[str, float | No
 def folds_and_outcomes(table: pa.Table) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Success, whether a trial counts, and its fold, each (n,); the folds are the report's."""
     success = np.array(table.column("success").to_pylist(), dtype=bool)
-    usable = ~trial_tables.unstable_of(table) & ~trial_tables.surplus_of(table)
+    usable = ~trial_tables.without_truth(table) & ~trial_tables.surplus_of(table)
     fold = np.full(len(success), -1)
     fold[usable] = stratified_folds(table.filter(pa.array(usable)))
     return success, usable, fold

@@ -1,9 +1,9 @@
 """Predicted against simulated success: confusion matrix at a threshold, area under the ROC curve.
 
 A grasp is predicted to succeed when q* > 1, as in section IV-B of the paper. Trials that ended
-as ``unstable_simulation`` or ``error`` have no outcome to compare with: they are left out and
-counted. A trial without q* (no pad had a reading, or no solution was found) counts as q* = 0, a
-predicted failure; leaving such trials out would make the metric look better than it is.
+as ``infeasible``, ``unstable_simulation`` or ``error`` have no outcome to compare with: they are
+left out and counted. A trial without q* (no pad had a reading, or no solution was found) counts as
+q* = 0, a predicted failure; leaving such trials out would make the metric look better than it is.
 
 A hand that never touches the object (``no_contact``) has q* = 0 and fails: every metric predicts
 that, and many such trials make all of them look good. So they are counted apart, and the accuracy
@@ -22,7 +22,13 @@ import scipy.stats
 
 from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.analysis.resampling import RESAMPLES, RankedScores, interval, stratified_weights
-from sdh_sim.analysis.trial_tables import COMPARED, groups_of, unstable_of, without_surplus
+from sdh_sim.analysis.trial_tables import (
+    COMPARED,
+    groups_of,
+    infeasible_of,
+    without_surplus,
+    without_truth,
+)
 from sdh_sim.records import METRIC, is_metric, stack
 
 METRICS = COMPARED
@@ -67,6 +73,7 @@ class Comparison:
         no_contact_right: those of them that were predicted to fail.
         missing: trials without the metric; see ``drops_missing`` for what becomes of them.
         unstable: trials left out because the simulation was unstable or broke off.
+        infeasible: trials left out because the given grasp could not be tried.
     """
 
     group: str
@@ -82,6 +89,7 @@ class Comparison:
     no_contact_right: int
     missing: int
     unstable: int
+    infeasible: int
 
     @property
     def n(self) -> int:
@@ -186,6 +194,7 @@ def compare_scores(
     threshold: float = THRESHOLD,
     no_contact: np.ndarray | None = None,
     unstable: int = 0,
+    infeasible: int = 0,
     drop_missing: bool = False,
 ) -> Comparison:
     """Compare one metric with the outcomes.
@@ -193,7 +202,7 @@ def compare_scores(
     Args:
         scores: (n,) the metric; NaN where a trial has none, counted as 0.
         success: (n,) bool, the outcomes.
-        group, metric, threshold, unstable: see ``Comparison``.
+        group, metric, threshold, unstable, infeasible: see ``Comparison``.
         no_contact: (n,) bool, trials in which the hand did not touch the object; None: none.
         drop_missing: leave trials without the metric out instead.
     """
@@ -222,6 +231,7 @@ def compare_scores(
         no_contact_right=int(np.sum(apart & ~predicted & ~success)),
         missing=int(missing.sum()),
         unstable=unstable,
+        infeasible=infeasible,
     )
 
 
@@ -252,18 +262,19 @@ def compare_table(
     above |= {m: (thresholds or {}).get(m, math.nan) for m in metrics if is_metric(m)}
     table = without_surplus(table)
     success = np.array(table.column("success").to_pylist(), dtype=bool)
-    unstable = unstable_of(table)
+    left_out, infeasible = without_truth(table), infeasible_of(table)
     no_contact = np.array([f == "no_contact" for f in table.column("failure").to_pylist()], bool)
     scores = {metric: stack(table, metric) for metric in metrics}
     return [
         compare_scores(
-            scores[metric][members & ~unstable],
-            success[members & ~unstable],
+            scores[metric][members & ~left_out],
+            success[members & ~left_out],
             group=group,
             metric=metric,
             threshold=above[metric],
-            no_contact=no_contact[members & ~unstable],
-            unstable=int(np.sum(members & unstable)),
+            no_contact=no_contact[members & ~left_out],
+            unstable=int(np.sum(members & left_out & ~infeasible)),
+            infeasible=int(np.sum(members & infeasible)),
             drop_missing=drops_missing(metric),
         )
         for group, members in groups_of(table).items()
@@ -280,6 +291,7 @@ CSV_HEADER = (
     *("auc", "auc_low", "auc_high"),
     *("tp", "fp", "tn", "fn", "missing_metric", "unstable_excluded"),
     *("no_contact", "accuracy_touching", "accuracy_touching_low", "accuracy_touching_high"),
+    "infeasible_excluded",
 )
 
 
@@ -294,7 +306,7 @@ def csv_values(c: Comparison) -> list[object]:
     found += [c.tp, c.fp, c.tn, c.fn] if c.has_boundary else [None] * 4
     touching = c.accuracy_touching if c.has_boundary else Proportion(0, 0)
     found += [c.missing, c.unstable, c.no_contact]
-    return [*found, touching.value, *(touching.interval or (None, None))]
+    return [*found, touching.value, *(touching.interval or (None, None)), c.infeasible]
 
 
 def csv_row(c: Comparison) -> list[str]:

@@ -159,7 +159,7 @@ def study_of(
     groups = trial_tables.groups_of(table)
     compared = compare.compare_table(table, metrics, thresholds)
     comparisons = {(c.group, c.metric): c for c in compared}
-    usable = ~trial_tables.unstable_of(table)
+    usable = ~trial_tables.without_truth(table)
     success = np.array(table.column("success").to_pylist(), dtype=bool)
     fold = np.full(len(success), -1)
     fold[usable] = stratified_folds(table.filter(pa.array(usable)))

@@ -66,9 +66,14 @@ def groups_of(table: pa.Table) -> dict[str, np.ndarray]:
     return groups
 
 
-def unstable_of(table: pa.Table) -> np.ndarray:
-    """Trials without an outcome: the simulation was unstable or broke off; (n,) bool."""
+def without_truth(table: pa.Table) -> np.ndarray:
+    """Trials without an outcome: infeasible, unstable, or ended as error; (n,) bool."""
     return np.array([f in NO_TRUTH for f in table.column("failure").to_pylist()], dtype=bool)
+
+
+def infeasible_of(table: pa.Table) -> np.ndarray:
+    """Trials whose given grasp could not be tried; (n,) bool."""
+    return np.array([f == "infeasible" for f in table.column("failure").to_pylist()], dtype=bool)
 
 
 def surplus_of(table: pa.Table) -> np.ndarray:

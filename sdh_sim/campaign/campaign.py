@@ -13,7 +13,15 @@ from sdh_sim.campaign.stop_signals import StopSignals
 from sdh_sim.errors import RunError
 from sdh_sim.records import TrialRow
 from sdh_sim.run_options import RunOptions
-from sdh_sim.runs import FinishedTrials, RunFolder, RunPlan, run_lock, versions
+from sdh_sim.runs import (
+    FinishedTrials,
+    RunFolder,
+    RunPlan,
+    read_given_grasps,
+    run_lock,
+    versions,
+    with_grasp,
+)
 
 OnStart = Callable[[RunResult], None]
 OnTrial = Callable[[TrialRow], None]
@@ -60,6 +68,7 @@ def run_campaign(
         from sdh_sim.campaign import dask_cluster
 
         dask_cluster.check_available(how.scheduler)
+    given = read_given_grasps(plan)
     folder = RunFolder(out)
     folder.make()
     with contextlib.ExitStack() as stack:
@@ -78,7 +87,7 @@ def run_campaign(
         try:
             if missing:
                 executor = _executor(how, slots, _task(trial, how, folder))
-                jobs = (plan.job(number) for number in _missing(session.finished))
+                jobs = (with_grasp(plan.job(n), given) for n in _missing(session.finished))
                 with contextlib.closing(run_jobs(jobs, executor)) as batches:
                     for batch in batches:
                         with stop.held():
@@ -141,6 +150,7 @@ def _check_continues(plan: RunPlan, folder: RunFolder) -> None:
         )
     if plan.trials < stored.trials:
         raise RunError(
-            f"{folder.path} is a run of {stored.trials} trials per object; --trials "
+            f"{folder.path} is a run of {stored.trials} trials per "
+            f"{'grasp' if stored.grasp_counts else 'object'}; --trials "
             f"{plan.trials} would drop some: give {stored.trials} or more"
         )

@@ -16,9 +16,8 @@ from sdh_sim.campaign.job_result import JobResult
 from sdh_sim.errors import RecordError, SettingsError
 from sdh_sim.records import normalise
 from sdh_sim.runs import Job, RunFolder, versions
-from sdh_sim.settings import TrialSettings
 
-TrialFunction = Callable[[TrialSettings, int, bool], Any]
+TrialFunction = Callable[..., Any]  # settings, seed, whether to log; plan where one is given
 _POLL = 1.0  # [s] how soon workers that join are noticed
 
 
@@ -46,15 +45,16 @@ class TrialTask:
             run_trial = self.trial
             if run_trial is None:
                 from sdh_sim.trial import run_trial  # MuJoCo is loaded in workers only
-            result = run_trial(job.settings, job.seed, self.rerun != "none")
-            row = normalise({**result.row, "trial": job.trial})
+            result = run_trial(job.settings, job.seed, self.rerun != "none", **given_plan(job))
+            row = normalise({**result.row, **job.labels})
             if (row["object"], row["seed"]) != (job.settings.object, job.seed):
                 raise RecordError(f"the row is of {row['object']}, seed {row['seed']}")
         except SettingsError as error:  # an object's folder has changed, or is not on this machine
             return JobResult(None, error=str(error), refused=True)
         except Exception as error:
             return JobResult(None, error=_first_line(error), details=traceback.format_exc())
-        if self.rerun == "all" or (self.rerun == "failures" and not row["success"]):
+        wanted = self.rerun == "all" or (self.rerun == "failures" and not row["success"])
+        if wanted and row["failure"] != "infeasible":  # nothing has moved there
             try:
                 self._record(job, result.log)
             except Exception as error:
@@ -82,6 +82,21 @@ class TrialTask:
 
 def _first_line(error: Exception) -> str:
     return f"{type(error).__name__}: {error}".splitlines()[0]
+
+
+def given_plan(job: Job) -> dict[str, Any]:
+    """The argument ``plan`` of a trial whose grasp comes from a file; nothing where it is random.
+
+    Raises:
+        SettingsError: no such object.
+    """
+    if job.grasp is None:
+        return {}
+    from sdh_sim.grasping import plan_of
+    from sdh_sim.objects import object_info
+
+    obj = object_info(job.settings.object, job.settings.folder)
+    return {"plan": plan_of(job.grasp, obj)}
 
 
 class Executor(Protocol):

@@ -254,7 +254,7 @@ class RunSession:
 def _error_row(job: Job) -> TrialRow:
     return normalise(
         {
-            "trial": job.trial,
+            **job.labels,
             "object": job.settings.object,
             "seed": job.seed,
             "success": False,

@@ -52,7 +52,7 @@ def _root(
 @app.command()
 @options_from(LiftRequest, TrialSettings, RunOptions)
 def lift(**given: Any) -> None:
-    """Run random grasp-and-lift trials.
+    """Run grasp-and-lift trials, of random grasps or those of a file.
 
     FOLDER/trials.parquet gets one row per trial, FOLDER/run.json what it takes to repeat them.
     """
@@ -99,6 +99,23 @@ def show(
 
 
 @app.command()
+def grasps(
+    run: Annotated[Path, typer.Argument(help="Run folder (the --out of a lift).")],
+    out: Annotated[
+        Path, typer.Option(help="File to write: .parquet, .csv, .json or .yaml (isaac_grasp).")
+    ],
+    object: Annotated[
+        list[str] | None, typer.Option(help="Grasps of this object alone; again for more.")
+    ] = None,
+    success: Annotated[bool, typer.Option("--success", help="Only grasps that held.")] = False,
+) -> None:
+    """Write the grasps of a run to a file, which lift --grasps takes again."""
+    from sdh_sim.cli import grasps as cli_grasps
+
+    cli_grasps.write(run, out, object or (), only_held=success)
+
+
+@app.command()
 def render(
     run: Annotated[Path, typer.Argument(help="Run folder (the --out of a lift).")],
     trial: Annotated[int, typer.Option(help="Number of the trial.")],
@@ -117,11 +134,17 @@ def render(
 def view(
     object: Annotated[str, typer.Argument(help="Object, or the folder of your own.")] = "box",
     seed: Annotated[int, typer.Option(help="Seed of the grasp.")] = 0,
+    grasps: Annotated[
+        Path | None, typer.Option(help="File with the grasp, in place of a random one.")
+    ] = None,
+    grasp: Annotated[
+        str | None, typer.Option(help="Its name in the file.", show_default="the first")
+    ] = None,
 ) -> None:
     """Open MuJoCo's own viewer on the cell, the hand before a grasp."""
     from sdh_sim.cli import render as cli_render
 
-    cli_render.view(object, seed)
+    cli_render.view(object, seed, grasps, grasp)
 
 
 @app.command()

@@ -216,6 +216,11 @@ def notes(results: Sequence[Comparison], runs: Sequence[Path]) -> list[str]:
         lines.append(
             f"{last.unstable} trials left out: their simulation was unstable or broke off."
         )
+    if last.infeasible:
+        lines.append(
+            f"{last.infeasible} trials left out: the arm cannot do their grasp without a collision "
+            "(infeasible_reason in the table)."
+        )
     for run in runs:
         lines += _unfinished(run)
     return lines

@@ -22,13 +22,12 @@ from sdh_sim.campaign import RunResult, paper_preset, run_campaign
 from sdh_sim.campaign.campaign import OnStart, OnTrial
 from sdh_sim.campaign.paper_preset import Share
 from sdh_sim.cli.console import errors, output, plain_table
-from sdh_sim.cli.lift_request import SEED, TRIALS, LiftRequest
+from sdh_sim.cli.lift_plan import grasp_file, make_plan
+from sdh_sim.cli.lift_request import LiftRequest
 from sdh_sim.errors import SettingsError
-from sdh_sim.metrics import fault_lines, find_metrics
-from sdh_sim.objects import find_objects, object_names
+from sdh_sim.metrics import fault_lines
 from sdh_sim.records import FAILURES, METRIC_ERROR, TrialRow, read_table
 from sdh_sim.runs import RunFolder, RunPlan
-from sdh_sim.settings import TrialSettings
 
 
 def lift(request: LiftRequest) -> None:
@@ -49,6 +48,8 @@ def lift_paper(request: LiftRequest) -> None:
     """
     if request.object or request.trials is not None:
         raise SettingsError("--preset paper decides objects and trials itself; leave both out")
+    if grasp_file(request) is not None:
+        raise SettingsError("--preset paper draws its grasps itself; leave --grasps out")
     request = with_settings(request, paper_preset.PAPER_SETTINGS)
     request = dataclasses.replace(request, object=tuple(paper_preset.PAPER_SHARES))
 
@@ -83,8 +84,8 @@ def lift_round(request: LiftRequest) -> None:
     plan = make_plan(request, stored)
     if stored is not None and plan.trials > stored.trials and len(plan.objects) > 1:
         errors().print(
-            f"note: trial numbers move, each object now has {plan.trials} in a row (it had "
-            f"{stored.trials})",
+            f"note: trial numbers move, each {'grasp' if plan.grasp_counts else 'object'} now has "
+            f"{plan.trials} trials (it had {stored.trials})",
             soft_wrap=True,
         )
     options = dataclasses.asdict(request.options)
@@ -103,32 +104,6 @@ def lift_round(request: LiftRequest) -> None:
             soft_wrap=True,
             markup=False,
         )
-
-
-def make_plan(request: LiftRequest, stored: RunPlan | None) -> RunPlan:
-    """The plan of the request; what it leaves out is the stored plan's, or the default."""
-    if not request.object and stored is None:
-        raise SettingsError(
-            f"object: missing; give one of {', '.join(object_names())}, or all, or the path of a "
-            "folder with an object of your own"
-        )
-    before = {} if stored is None else stored.folders
-    objects = request.object or (() if stored is None else stored.objects)
-    names, folders = find_objects(objects, before)
-    metrics = find_metrics(request.metric, () if stored is None else stored.settings.metrics)
-    given = {"object": names[0], "metrics": metrics, **request.settings}
-    if stored is None:
-        settings, trials, seed = TrialSettings(**given), TRIALS, SEED
-    else:
-        settings = dataclasses.replace(stored.settings, **given)
-        trials, seed = stored.trials, stored.seed
-    return RunPlan(
-        names,
-        settings,
-        trials if request.trials is None else request.trials,
-        seed if request.seed is None else request.seed,
-        folders,
-    )
 
 
 @contextlib.contextmanager
@@ -175,23 +150,31 @@ def _progress(plan: RunPlan) -> Iterator[tuple[OnStart, OnTrial]]:
 
 
 def summary(objects: Iterable[str], result: RunResult) -> Table:
-    """Per object: trials, successes, simulated seconds per worker second, how trials failed."""
-    table = plain_table("object", "trials", "success", "sim s / wall s", "failures", text=(0, 4))
+    """Per object: trials, successes, simulated seconds per worker second, how trials failed.
+
+    Grasps of a file that could not be tried are no failures: they have a column of their own, if
+    there are any, and no part in the share of successes.
+    """
+    apart = bool(result.failures()["infeasible"])
+    head = ["object", "trials", *(["infeasible"] if apart else []), "success", "sim s / wall s"]
+    table = plain_table(*head, "failures", text=(0, len(head)))
     names = list(objects)
     for name in names:
-        table.add_row(name, *_summary_cells(result, [name]))
+        table.add_row(name, *_summary_cells(result, [name], apart))
     if len(names) > 1:
         table.add_section()
-        table.add_row("all", *_summary_cells(result, names))
+        table.add_row("all", *_summary_cells(result, names, apart))
     return table
 
 
-def _summary_cells(result: RunResult, objects: list[str]) -> list[str]:
+def _summary_cells(result: RunResult, objects: list[str], apart: bool) -> list[str]:
     modes = result.failures(*objects)
-    total, good = modes.total(), modes["none"]
-    share = f"{good} ({100 * good / total:.0f} %)" if total else "-"
-    named = [f"{mode} {modes[mode]}" for mode in FAILURES if mode != "none" and modes[mode]]
+    total, good, untried = modes.total(), modes["none"], modes["infeasible"]
+    tried = total - untried
+    share = f"{good} ({100 * good / tried:.0f} %)" if tried else "-"
+    others = [mode for mode in FAILURES if mode not in ("none", "infeasible") and modes[mode]]
     simulated = sum(result.sim_seconds.get(name, 0.0) for name in objects)
     wall = sum(result.wall_seconds.get(name, 0.0) for name in objects)
     speed = f"{simulated / wall:.1f}" if wall > 0 else "-"
-    return [str(total), share, speed, ", ".join(named) or "-"]
+    named = ", ".join(f"{mode} {modes[mode]}" for mode in others) or "-"
+    return [str(total), *([str(untried)] if apart else []), share, speed, named]

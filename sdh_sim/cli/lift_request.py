@@ -12,7 +12,7 @@ from sdh_sim.run_options import RunOptions, default_workers
 from sdh_sim.setting_table import check, setting, settings_of
 from sdh_sim.settings import TrialSettings
 
-TRIALS, SEED = 20, 0  # of a run that says nothing else
+TRIALS, COPIES, SEED = 20, 1, 0  # of a run that says nothing else
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,11 @@ class LiftRequest:
     )
     trials: int | None = field(
         default=None,
-        metadata=setting("Trials per object.", shown=f"{TRIALS}", allowed="at least 1"),
+        metadata=setting(
+            "Trials per object; of each grasp, where they come from a file.",
+            shown=f"{TRIALS}; {COPIES} of each grasp",
+            allowed="at least 1",
+        ),
     )
     seed: int | None = field(
         default=None,

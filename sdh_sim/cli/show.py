@@ -10,7 +10,7 @@ from typing import Any
 from sdh_sim.cli.console import errors, output
 from sdh_sim.errors import RenderError, RunError
 from sdh_sim.records import TrialRow, differing_columns, is_added, normalise
-from sdh_sim.runs import RunFolder, versions
+from sdh_sim.runs import RunFolder, read_given_grasps, versions, with_grasp
 
 
 def show(
@@ -68,10 +68,12 @@ def stored_jobs(folder: RunFolder, trials: Sequence[int]) -> list[tuple[Any, Tri
     """The jobs of trials that have run, each once, with their rows of the table.
 
     Raises:
-        RunError: no such run or trial, or it has not run yet.
+        RunError: no such run or trial, it has not run yet, or its grasp is infeasible.
+        GraspFileError: the run's file of grasps is missing or has changed.
     """
     plan = folder.read_plan()
-    jobs = [plan.job(trial) for trial in dict.fromkeys(trials)]
+    given = read_given_grasps(plan)
+    jobs = [with_grasp(plan.job(trial), given) for trial in dict.fromkeys(trials)]
     rows = folder.read_rows(plan)
     for job in jobs:
         if job.trial not in rows:
@@ -79,16 +81,23 @@ def stored_jobs(folder: RunFolder, trials: Sequence[int]) -> list[tuple[Any, Tri
                 f"trial {job.trial} of {folder.path} has not run yet ({len(rows)} of {plan.total} "
                 f"have); continue with: {folder.resume_command}"
             )
+        if rows[job.trial]["failure"] == "infeasible":
+            raise RunError(
+                f"trial {job.trial} of {folder.path} has nothing to show, its grasp is infeasible: "
+                f"{rows[job.trial]['infeasible_reason']}; choose another trial"
+            )
     return [(job, rows[job.trial]) for job in jobs]
 
 
 def repeat(folder: RunFolder, job: Any, stored: TrialRow) -> Any:
     """Run a stored trial again, print its verdict, and warn where it differs; its log."""
+    from sdh_sim.campaign.jobs import given_plan
     from sdh_sim.trial import run_trial
 
     # Users' metrics are not evaluated again: code that a run's folder names is not run unasked.
-    result = run_trial(dataclasses.replace(job.settings, metrics=()), job.seed, log=True)
-    row = normalise({**result.row, "trial": job.trial})
+    settings = dataclasses.replace(job.settings, metrics=())
+    result = run_trial(settings, job.seed, log=True, **given_plan(job))
+    row = normalise({**result.row, **job.labels})
     row["surplus"] = stored["surplus"]  # known to the run, not to the trial
     row.update({name: value for name, value in stored.items() if is_added(name)})
     if differing := differing_columns(row, stored):

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 OBJECT_POSITION = (0.56, 0.0)  # where the object stands on the table [m]
 UNIT_WITHIN = 1e-6  # by which the length of a quaternion may differ from 1
+ROUND_OFF = 1e-15  # by which it may without being made 1 anew, which would change its last bits
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +35,7 @@ class GraspPlan:
         turnable: hand and object may be turned together about the vertical, to suit the arm.
         name: in tables; empty for a random grasp.
         drawn: how a random grasp came about; None for any other.
+        given_pose: of the palm in the object's frame, where that is what the plan was made from.
     """
 
     palm_position: np.ndarray
@@ -44,6 +46,7 @@ class GraspPlan:
     turnable: bool = False
     name: str = ""
     drawn: RandomGrasp | None = None
+    given_pose: np.ndarray | None = None
 
     @classmethod
     def from_pose(
@@ -87,7 +90,8 @@ class GraspPlan:
         yaw = 0.0 if object_yaw is None else float(object_yaw)
         if not math.isfinite(yaw):
             raise SettingsError(f"object_yaw: got {object_yaw!r}; give an angle in rad")
-        pose[3:] /= length
+        if abs(length - 1.0) > ROUND_OFF:
+            pose[3:] /= length
         palm = poses.compose(standing_pose(obj, yaw), pose)
         return cls(
             palm[:3],
@@ -97,10 +101,13 @@ class GraspPlan:
             opening,
             turnable=object_yaw is None,
             name=name,
+            given_pose=pose,
         )
 
     def palm_in_object(self, obj: ObjectInfo) -> np.ndarray:
         """Pose of the palm in the object's frame, x y z qw qx qy qz (7,) [m]."""
+        if self.given_pose is not None:
+            return self.given_pose.copy()
         palm = np.concatenate((self.palm_position, poses.quaternion_of(self.palm_rotation)))
         return poses.relative(standing_pose(obj, self.object_yaw), palm)
 
@@ -127,6 +134,22 @@ class GraspPlan:
             self,
             palm_position=self.palm_position + self.palm_rotation @ offset,
             palm_rotation=self.palm_rotation @ turn,
+            given_pose=None,
+        )
+
+    def as_given(self, obj: ObjectInfo) -> GraspPlan:
+        """The grasp made anew from its pose in the object's frame and the object's yaw.
+
+        Tables and files keep these two. A trial of the plan from here is repeated by them to the
+        last bit, which would grow: contact forces are sensitive.
+        """
+        pose = self.palm_in_object(obj)
+        same = GraspPlan.from_pose(obj, pose, self.closing, object_yaw=self.object_yaw)
+        return replace(
+            self,
+            palm_position=same.palm_position,
+            palm_rotation=same.palm_rotation,
+            given_pose=same.given_pose,
         )
 
 

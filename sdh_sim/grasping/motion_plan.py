@@ -71,7 +71,7 @@ def plan_motion(scene: Scene, rng: np.random.Generator) -> MotionPlan:
     met = Counter[str]()
     for _ in range(MAX_DRAWS):
         drawn = sample_grasp(scene.hand, scene.obj, rng, scene.settings.grasps)
-        found = try_grasp(scene, drawn.plan(scene.hand), aim=drawn)
+        found = try_grasp(scene, drawn.plan(scene.hand).as_given(scene.obj), aim=drawn)
         if isinstance(found, MotionPlan):
             return replace(
                 found, unreachable=met[UNREACHABLE], colliding=met[COLLIDING] + met[MISSING]
@@ -99,7 +99,8 @@ def plan_given(scene: Scene, grasp: GraspPlan) -> MotionPlan | Infeasible:
     turns = range(TURNS if grasp.turnable else 1)
     failures: list[Infeasible] = []
     for turn in turns:
-        found = try_grasp(scene, grasp.turned(turn * 2 * math.pi / TURNS) if turn else grasp)
+        turned = grasp.turned(turn * 2 * math.pi / TURNS) if turn else grasp
+        found = try_grasp(scene, turned.as_given(scene.obj))
         if isinstance(found, MotionPlan):
             return found
         failures.append(found)

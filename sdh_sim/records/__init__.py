@@ -4,11 +4,12 @@ from sdh_sim.errors import RecordError, one_line
 from sdh_sim.records.column import Column
 from sdh_sim.records.parquet_files import (
     ROW_GROUP,
-    check_field,
     columns_of,
+    columns_there,
     read_rows,
     read_table,
     readable,
+    with_nulls,
     write_groups,
     write_rows,
 )
@@ -49,10 +50,10 @@ __all__ = [
     "added_column",
     "added_columns",
     "added_in",
-    "check_field",
     "column_named",
     "columns_in",
     "columns_of",
+    "columns_there",
     "differing_columns",
     "is_added",
     "is_metric",
@@ -67,6 +68,7 @@ __all__ = [
     "threshold_in",
     "to_rows",
     "to_table",
+    "with_nulls",
     "write_groups",
     "write_rows",
 ]

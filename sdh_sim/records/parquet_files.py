@@ -16,6 +16,7 @@ from sdh_sim.records.column import Column
 from sdh_sim.records.rows import to_rows, to_table
 from sdh_sim.records.schema import column_named, columns_in, schema_of
 from sdh_sim.records.trial_row import TrialRow
+from sdh_sim.records.user_columns import is_added
 
 ROW_GROUP = 1024  # rows; about 3 MB in memory, so that a table of any size can be streamed
 
@@ -72,19 +73,25 @@ def readable(path: Path) -> Iterator[None]:
 def read_table(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     """The table of a run, or the named columns of it.
 
+    The whole table of an earlier version gets the columns that it lacks, null in every row.
+
     Raises:
-        RecordError: no such file, not a readable parquet file, or not a table of trials.
+        RecordError: no such file, not a readable parquet file, not a table of trials, or one
+            without a named column.
     """
     with readable(path):
         file = pq.ParquetFile(path, page_checksum_verification=True)
-        wanted = columns_in(file.schema_arrow)
-        if columns is not None:
-            wanted = tuple(column_named(name) for name in columns)
-        for column in wanted:
-            check_field(path, file.schema_arrow, column)
-        table = file.read(columns=[column.name for column in wanted])
+        schema = file.schema_arrow
+        if columns is None:
+            wanted = columns_in(schema)
+            there = columns_there(path, schema, wanted)
+        else:
+            wanted = there = tuple(column_named(name) for name in columns)
+            for column in wanted:
+                check_field(path, schema, column)
+        table = file.read(columns=[column.name for column in there])
         table.validate(full=True)
-        return table
+        return with_nulls(table, wanted)
 
 
 def check_field(path: Path, schema: pa.Schema, column: Column) -> None:
@@ -100,6 +107,37 @@ def check_field(path: Path, schema: pa.Schema, column: Column) -> None:
         raise RecordError(
             f"{path}: column {column.name!r} is {one_line(found)}; expected {column.arrow_type}"
         )
+
+
+def columns_there(path: Path, schema: pa.Schema, wanted: Iterable[Column]) -> tuple[Column, ...]:
+    """Those of the columns that a file has: earlier versions lacked some.
+
+    Raises:
+        RecordError: one that every row needs, or a user's metric, is missing, or one is of another
+            type.
+    """
+    names = set(schema.names)
+    there = tuple(c for c in wanted if c.required or is_added(c.name) or c.name in names)
+    for column in there:
+        check_field(path, schema, column)
+    return there
+
+
+def with_nulls(table: pa.Table, wanted: Sequence[Column]) -> pa.Table:
+    """The table with the columns wanted, in that order; those that it lacks are null."""
+    names = set(table.column_names)
+    return pa.table(
+        {
+            c.name: table.column(c.name)
+            if c.name in names
+            else pa.nulls(table.num_rows, c.arrow_type)
+            for c in wanted
+        },
+        schema=pa.schema(
+            [table.schema.field(c.name) if c.name in names else c.field for c in wanted],
+            metadata=table.schema.metadata,
+        ),
+    )
 
 
 def read_rows(path: Path) -> list[TrialRow]:

@@ -181,6 +181,22 @@ class TrialRow(MutableMapping[str, Any]):
     plan_height_m: float | None = _column(_REAL, "m", "height of the grasp")
     plan_offset_m: np.ndarray | None = _column(_REAL, "m", "position error of the approach", (3,))
     object_yaw_rad: float | None = _column(_REAL, "rad", "yaw of the object on the table")
+    plan_palm_pose_object: np.ndarray | None = _column(
+        _REAL,
+        "m, quaternion",
+        "planned palm frame in the object's frame: x y z qw qx qy qz",
+        (7,),
+    )
+    plan_opening: float | None = _column(_REAL, "", "closing ratio during the approach")
+    plan_open_rad: np.ndarray | None = _column(
+        _REAL, "rad", "motor angles of the closing at ratio 0", (7,)
+    )
+    plan_closed_rad: np.ndarray | None = _column(
+        _REAL, "rad", "motor angles of the closing at ratio 1", (7,)
+    )
+    grasp_name: str | None = _column(_TEXT, "", "name of a grasp from a file")
+    grasp_copy: int | None = _column(_INT, "", "number of the trial among those of its grasp")
+    grasp_confidence: float | None = _column(_REAL, "", "what the file says of the grasp")
     resampled_unreachable: int | None = _column(
         _INT, "", "grasps drawn before that the arm cannot reach"
     )

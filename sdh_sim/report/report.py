@@ -20,7 +20,8 @@ PAGE = "index.html"
 TITLE = "Predicted and simulated grasp success"
 METHOD = (
     "A grasp is predicted to hold when its q* exceeds the threshold; a trial without q* counts as "
-    "q* = 0. Trials whose simulation was unstable or broke off are left out.",
+    "q* = 0. Trials whose simulation was unstable or broke off, or whose grasp the arm cannot do "
+    "without a collision, are left out.",
     "Shares carry 95 % Wilson intervals. Areas, curves, medians and correlations carry 95 % "
     "percentile intervals from 2000 bootstrap resamples, successes and failures resampled each "
     "among themselves (load test: trials). McNemar's test is the exact two-sided one.",

@@ -54,6 +54,11 @@ def key_sentences(study: Study) -> list[str]:
         lines.append(
             f"{first.unstable} trials were left out: their simulation was unstable or broke off."
         )
+    if first.infeasible:
+        lines.append(
+            f"{first.infeasible} trials were left out: the arm cannot do their grasp without a "
+            "collision."
+        )
     if study.surplus:
         lines.append(f"{study.surplus} trials beyond the objects' shares were left out.")
     return lines

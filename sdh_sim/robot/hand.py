@@ -10,6 +10,7 @@ import numpy as np
 
 from sdh_sim.errors import HandError
 from sdh_sim.model_files import models_dir
+from sdh_sim.robot.closing import Closing
 from sdh_sim.robot.hand_description import Hand, Pad
 from sdh_sim.robot.hand_file import FILE, read_hand_file
 
@@ -36,6 +37,16 @@ def _spans(model: Path) -> dict[str, tuple[float, float]]:
     spec = mujoco.MjSpec.from_file(str(model))
     ranges = {actuator.name: actuator.ctrlrange for actuator in spec.actuators}
     return {name: (float(a), float(b)) for name, (a, b) in ranges.items() if a < b}
+
+
+def preshape_closing(name: str) -> Closing:
+    """The closing of a preshape of the SDH-2; raises SettingsError where there is none."""
+    return built_in_hand().closing(name)
+
+
+def closing_between(open: object, closed: object) -> Closing:
+    """The closing of the SDH-2 between two postures; as ``Hand.closing_between``."""
+    return built_in_hand().closing_between(open, closed)
 
 
 def hand_spec(hand: Hand) -> mujoco.MjSpec:

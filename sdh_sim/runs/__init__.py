@@ -3,6 +3,7 @@
 from sdh_sim.runs.environment import machine, versions
 from sdh_sim.runs.finished_trials import FinishedTrials
 from sdh_sim.runs.folder import RunFolder
+from sdh_sim.runs.given_grasps import read_given_grasps, with_grasp
 from sdh_sim.runs.lock import run_lock
 from sdh_sim.runs.plan import MAX_TRIALS, Job, RunPlan, trial_seed
 
@@ -13,7 +14,9 @@ __all__ = [
     "RunFolder",
     "RunPlan",
     "machine",
+    "read_given_grasps",
     "run_lock",
     "trial_seed",
     "versions",
+    "with_grasp",
 ]

@@ -40,7 +40,7 @@ class TrialNumbers:
 
     def __init__(self, plan: RunPlan) -> None:
         self._plan = plan
-        self._first = {name: k * plan.trials for k, name in enumerate(plan.objects)}
+        self._first = dict(zip(plan.objects, plan.starts.tolist(), strict=False))
         self._by_seed: dict[str, tuple[np.ndarray, np.ndarray]] = {}
 
     def find(self, name: str, seed: int, trial: int) -> int | None:
@@ -48,7 +48,8 @@ class TrialNumbers:
         if name not in self._first:
             return None
         index = trial - self._first[name]
-        if 0 <= index < self._plan.trials and trial_seed(self._plan.seed, name, index) == seed:
+        within = 0 <= index < self._plan.trials_of(name)
+        if within and trial_seed(self._plan.seed, name, index) == seed:
             return trial
         seeds, order = self._seeds(name)  # the run had fewer trials then, or this is another run's
         at = int(np.searchsorted(seeds, seed))
@@ -59,8 +60,9 @@ class TrialNumbers:
     def _seeds(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         if name not in self._by_seed:
             plan = self._plan
-            each = (trial_seed(plan.seed, name, i) for i in range(plan.trials))
-            seeds = np.fromiter(each, np.int64, plan.trials)
+            count = plan.trials_of(name)
+            each = (trial_seed(plan.seed, name, i) for i in range(count))
+            seeds = np.fromiter(each, np.int64, count)
             order = np.argsort(seeds)
             self._by_seed[name] = seeds[order], order
         return self._by_seed[name]
@@ -99,7 +101,7 @@ def _locate(rows: Rows, plan: RunPlan, drop: str | None = None) -> tuple[Index, 
         as_stored &= len(kept) == len(first)
         first = kept
     index, codes = index.take(first), codes[first]
-    objects = index.trial // plan.trials
+    objects = np.searchsorted(plan.starts, index.trial, side="right") - 1
     tally = Counter[tuple[str, str]]()
     for which, code in zip(*np.unique(np.stack([objects, codes]), axis=1), strict=True):
         mine = (objects == which) & (codes == code)

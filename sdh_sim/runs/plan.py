@@ -1,4 +1,4 @@
-"""What a run is asked to do: objects, settings, trials per object, seed.
+"""What a run is asked to do: objects, settings, trials per object or grasp, seed.
 
 The plan alone gives every trial's number and seed, so that an interrupted run continues to the
 same table.
@@ -10,13 +10,17 @@ import dataclasses
 import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sdh_sim.errors import RunError, SettingsError
-from sdh_sim.settings import TrialSettings
+from sdh_sim.settings import FROM_FILE, TrialSettings
 from sdh_sim.user_references import NAME, ObjectFolder, plain
+
+if TYPE_CHECKING:
+    from sdh_sim.grasp_files import GraspEntry
 
 MAX_TRIALS = 1_000_000
 MAX_OBJECTS = 1000
@@ -35,12 +39,36 @@ def trial_seed(run_seed: int, object_name: str, index: int) -> int:
 
 @dataclass(frozen=True)
 class Job:
-    """One trial to run: its number in the run, number within its object, seed and settings."""
+    """One trial to run.
+
+    Attributes:
+        trial: its number in the run.
+        index: its number among those of its object.
+        seed, settings: of the trial.
+        grasp_number: number of its grasp among those of its object in the file; None: random.
+        copy: number of the trial among those of its grasp.
+        grasp: the grasp itself, once ``with_grasp`` has put it there.
+    """
 
     trial: int
     index: int
     seed: int
     settings: TrialSettings
+    grasp_number: int | None = None
+    copy: int = 0
+    grasp: GraspEntry | None = None
+
+    @property
+    def labels(self) -> dict[str, Any]:
+        """Columns of the row that the run knows, not the trial."""
+        if self.grasp is None:
+            return {"trial": self.trial}
+        return {
+            "trial": self.trial,
+            "grasp_name": self.grasp.name,
+            "grasp_copy": self.copy,
+            "grasp_confidence": self.grasp.confidence,
+        }
 
 
 @dataclass(frozen=True)
@@ -51,9 +79,10 @@ class RunPlan:
         objects: names of the objects, in the order of the table.
         settings: settings of every trial (its ``object`` is replaced by each name in turn, its
             ``folder`` by that object's).
-        trials: trials per object.
+        trials: trials per object; with grasps from a file, of each of them.
         seed: seed of the run, not negative.
         folders: of those objects that are users' own, by name.
+        grasp_counts: number of grasps in the file by object; empty where grasps are random.
 
     Raises:
         SettingsError: a number out of range, no object, or one object twice.
@@ -64,6 +93,7 @@ class RunPlan:
     trials: int
     seed: int
     folders: Mapping[str, ObjectFolder] = field(default_factory=dict)
+    grasp_counts: Mapping[str, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         _whole("trials", self.trials, 1, MAX_TRIALS)
@@ -73,10 +103,12 @@ class RunPlan:
                 f"objects: got {len(self.objects)}; allowed are {MAX_OBJECTS}, with names of up to "
                 "1000 letters"
             )
+        self._check_counts()
         if self.total > MAX_TOTAL:
+            grasps = sum(self.grasp_counts.values())
+            each = f"{grasps} grasps" if grasps else f"{len(self.objects)} objects"
             raise SettingsError(
-                f"trials: got {self.trials} for each of {len(self.objects)} objects; allowed are "
-                f"{MAX_TOTAL} in all"
+                f"trials: got {self.trials} for each of {each}; allowed are {MAX_TOTAL} in all"
             )
         if not self.objects or len(set(self.objects)) != len(self.objects):
             raise SettingsError(f"objects: got {list(self.objects)}; give each object once")
@@ -85,19 +117,46 @@ class RunPlan:
             if not known or not isinstance(folder, ObjectFolder):
                 raise SettingsError(f"folders: got {name!r:.80}; it is no object of the run")
 
+    def _check_counts(self) -> None:
+        wanted = set(self.objects) if self.settings.grasps == FROM_FILE else set()
+        if set(self.grasp_counts) != wanted:
+            raise SettingsError(
+                f"grasp_counts: got {sorted(self.grasp_counts)!r:.200}; expected one for each "
+                "object of the run where grasps come from a file, else none"
+            )
+        for count in self.grasp_counts.values():
+            _whole("grasp_counts", count, 1, MAX_TRIALS)
+
+    def trials_of(self, name: str) -> int:
+        """Number of trials on an object."""
+        return self.trials * self.grasp_counts.get(name, 1)
+
+    @cached_property
+    def starts(self) -> np.ndarray:
+        """Number of the first trial on each object, and behind them that of all trials."""
+        return np.cumsum([0, *(self.trials_of(name) for name in self.objects)])
+
     @property
     def total(self) -> int:
         """Number of trials of the whole run."""
-        return self.trials * len(self.objects)
+        return int(self.starts[-1])
 
     def job(self, trial: int) -> Job:
-        """The trial of that number: object k has the numbers k n … k n + n - 1."""
+        """The trial of that number: each object has its trials in a row, in the plan's order.
+
+        With grasps from a file every grasp is tried once before any is tried again, so that
+        more trials of each follow behind those that there were.
+        """
         if not 0 <= trial < self.total:
             raise RunError(f"trial {trial} is not in the run; it has trials 0 to {self.total - 1}")
-        which, index = divmod(trial, self.trials)
-        name = self.objects[which]
+        which = int(np.searchsorted(self.starts, trial, side="right")) - 1
+        name, index = self.objects[which], trial - int(self.starts[which])
         settings = dataclasses.replace(self.settings, object=name, folder=self.folders.get(name))
-        return Job(trial, index, trial_seed(self.seed, name, index), settings)
+        job = Job(trial, index, trial_seed(self.seed, name, index), settings)
+        if name not in self.grasp_counts:
+            return job
+        copy, number = divmod(index, self.grasp_counts[name])
+        return dataclasses.replace(job, grasp_number=number, copy=copy)
 
     def jobs(self) -> Iterator[Job]:
         """Every trial of the run in the order of their numbers."""
@@ -119,6 +178,9 @@ class RunPlan:
         plan = self.to_dict()
         flat = {**plan.pop("settings"), **plan}
         flat["metrics"] = [f"{m.name} ({_short(m.sha256)})" for m in self.settings.metrics]
+        grasp_set = self.settings.grasp_set
+        flat["grasp_set"] = "none" if grasp_set is None else _short(grasp_set.sha256)
+        flat["grasp_counts"] = [f"{name} {count}" for name, count in self.grasp_counts.items()]
         flat["folders"] = [f"{n} ({_short(f.sha256)})" for n, f in sorted(self.folders.items())]
         return flat
 
@@ -135,6 +197,8 @@ class RunPlan:
         }
         if self.folders:
             plan["folders"] = {name: plain(folder) for name, folder in self.folders.items()}
+        if self.grasp_counts:
+            plan["grasp_counts"] = dict(self.grasp_counts)
         return plan
 
     @classmethod
@@ -152,7 +216,10 @@ class RunPlan:
         if not isinstance(found, dict):
             raise SettingsError(f"folders: got {found!r:.80}; expected them by object")
         folders = {name: ObjectFolder.from_dict(value) for name, value in found.items()}
-        return cls(objects, settings, data["trials"], data["seed"], folders)
+        counts = data.get("grasp_counts", {})
+        if not isinstance(counts, dict):
+            raise SettingsError(f"grasp_counts: got {counts!r:.80}; expected numbers by object")
+        return cls(objects, settings, data["trials"], data["seed"], folders, counts)
 
 
 def _whole(name: str, value: object, low: int, high: int) -> None:

@@ -29,10 +29,12 @@ from sdh_sim.records import (
     SCHEMA,
     Column,
     TrialRow,
-    check_field,
+    column_named,
+    columns_there,
     readable,
     schema_of,
     table_of,
+    with_nulls,
 )
 
 _CACHED_BLOCKS = 6  # of 3 MB; neighbours in the table mostly lie in two or three
@@ -46,19 +48,20 @@ class _Table:
         self._columns = (*COLUMNS, *added)
         with readable(path):
             self._file = pq.ParquetFile(path, page_checksum_verification=True)
-            for column in self._columns:
-                check_field(path, self._file.schema_arrow, column)
+            there = columns_there(path, self._file.schema_arrow, self._columns)
+        self._there = {column.name for column in there}
 
     @property
     def blocks(self) -> int:
         return self._file.num_row_groups
 
     def read(self, block: int, columns: Sequence[str] | None = None) -> pa.Table:
-        names = [column.name for column in self._columns] if columns is None else list(columns)
+        named = self._columns if columns is None else tuple(map(column_named, columns))
+        names = [column.name for column in named if column.name in self._there]
         with readable(self.path):
             table = self._file.read_row_group(block, columns=names, use_threads=False)
             table.validate(full=True)
-        return table.select(names)
+        return with_nulls(table, named)
 
     def close(self) -> None:
         self._file.close()

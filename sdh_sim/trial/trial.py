@@ -8,7 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from sdh_sim.cell import Observer, Scene, Simulation, scene_of
-from sdh_sim.errors import Diverged, InfeasibleGrasp
+from sdh_sim.errors import Diverged, InfeasibleGrasp, SettingsError
 from sdh_sim.grasping import (
     GraspPlan,
     Infeasible,
@@ -31,11 +31,12 @@ from sdh_sim.sensing import (
     unit_vector,
 )
 from sdh_sim.sensing.tactile_sensor import PRESETS
-from sdh_sim.settings import GRAVITY_DIRECTIONS, TrialSettings
+from sdh_sim.settings import FROM_FILE, GRAVITY_DIRECTIONS, TrialSettings
 from sdh_sim.trial import load_test
 from sdh_sim.trial.disturbance import disturb
 from sdh_sim.trial.lift import lift
 from sdh_sim.trial.outcome import Motion, classify
+from sdh_sim.trial.plan_columns import describe_grasp, describe_motion
 from sdh_sim.trial.weigh import weigh
 
 # Random streams of a trial beside the plan's own, so that an option changes nothing else.
@@ -65,7 +66,7 @@ class Trial:
         diverged: state after the step in which the simulation diverged, by name; else None.
 
     Raises:
-        SettingsError: no such object.
+        SettingsError: no such object, or no plan where grasps come from a file.
         NoFeasibleGrasp: none could be drawn.
     """
 
@@ -87,6 +88,8 @@ class Trial:
             found = motion
         elif plan is not None:
             found = plan_given(self.scene, plan)
+        elif settings.grasps == FROM_FILE:
+            raise SettingsError("grasps: a trial with grasps from a file needs one of them, plan")
         else:
             found = plan_motion(self.scene, np.random.default_rng(seed))
         self._found = found
@@ -325,16 +328,9 @@ class Trial:
         row.mass_kg, row.friction = obj.mass_kg, obj.friction
         row.torque_limit_nm = self.simulation.limits
         row.gravity = self.settings.gravity if self.settings.support == "none" else None
-        if isinstance(self._found, Infeasible):
-            return
-        grasp, drawn = self._found.grasp, self._found.grasp.drawn
-        row.preshape, row.object_yaw_rad = grasp.closing.name or None, grasp.object_yaw
-        if drawn is None:
-            return
-        row.approach = drawn.approach
-        row.plan_azimuth_rad, row.plan_roll_rad = drawn.azimuth, drawn.roll
-        row.plan_tilt_rad = drawn.tilt
-        row.plan_height_m, row.plan_depth_m = drawn.height, drawn.depth
-        row.plan_offset_m = drawn.offset
-        row.resampled_unreachable = self._found.unreachable
-        row.resampled_colliding = self._found.colliding
+        found = self._found
+        if not isinstance(found, Infeasible):
+            describe_grasp(row, found.grasp, obj)
+            describe_motion(row, found)
+        elif self.plan is not None:
+            describe_grasp(row, self.plan, obj)

@@ -39,7 +39,7 @@ class TrialResult:
 def run_trial(
     settings: TrialSettings, seed: int, log: bool = False, plan: GraspPlan | None = None
 ) -> TrialResult:
-    """Run one trial; settings and seed decide it completely, a log changes nothing.
+    """Run one trial; settings, seed and a given grasp decide it, a log changes nothing.
 
     Args:
         settings: object, torque limits and so on.

@@ -117,7 +117,7 @@ def test_the_card_knows_what_options_fill():
     )
     row = normalise({**run_trial(settings, 1).row, "trial": 0})
     assert row["failure"] == "none", "take another seed"
-    elsewhere = said("--preset paper", "--support none", "`infeasible`")
+    elsewhere = said("--preset paper", "--support none", "`infeasible`", "--grasps FILE")
     assert filled(row) == {column.name for column in COLUMNS} - FREE - elsewhere
 
 

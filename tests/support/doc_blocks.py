@@ -11,6 +11,7 @@ import contextlib
 import io
 import json
 import re
+import shlex
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -43,6 +44,16 @@ def blocks(page: Path) -> list[Block]:
             found[-1] = Block(last.tag, last.text, last.line, match["text"])
         end = match.end()
     return found
+
+
+def shown_commands(page: Path) -> list[tuple[list[str], str]]:
+    """The arguments of a page's ``sdh-sim`` commands, each with the output below it, if any."""
+    text = page.read_text(encoding="utf-8")
+    found = re.findall(r"^    (sdh-sim [a-z].*)\n(\n```text\n(?:.*\n)*?```)?", text, re.MULTILINE)
+    return [
+        (shlex.split(command)[1:], output.strip().removeprefix("```text").removesuffix("```"))
+        for command, output in found
+    ]
 
 
 def run(page: Path) -> list[str]:

@@ -65,6 +65,24 @@ def quick(settings: TrialSettings, seed: int, log: bool = False) -> Result:
     return Result(make_row(settings.object, seed))
 
 
+def given(settings: TrialSettings, seed: int, log: bool = False, *, plan: Any) -> Result:
+    """At once, for grasps of a file: the row says where the palm was to go."""
+    from sdh_sim.objects import object_info  # MuJoCo: the other stand-ins' processes start sooner
+
+    row = make_row(settings.object, seed)
+    row["plan_palm_pose_object"] = plan.palm_in_object(object_info(settings.object))
+    row["preshape"] = plan.closing.name or None
+    row |= {"plan_open_rad": plan.closing.open, "plan_closed_rad": plan.closing.closed}
+    return Result(row)
+
+
+def given_or_error(settings: TrialSettings, seed: int, log: bool = False, *, plan: Any) -> Result:
+    """As ``given``; fails at every third seed."""
+    if seed % 3 == 0:
+        raise ZeroDivisionError
+    return given(settings, seed, plan=plan)
+
+
 def either(settings: TrialSettings, seed: int, log: bool = False) -> Result:
     """Holds the object, or drops it at odd seeds."""
     failure = "dropped" if seed % 2 else "none"

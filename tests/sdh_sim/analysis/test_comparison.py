@@ -202,3 +202,13 @@ def test_a_volume_has_no_boundary_and_no_zero():
     cells = dict(zip(compare.CSV_HEADER, compare.csv_row(result), strict=True))
     assert cells["threshold"] == cells["accuracy"] == cells["tp"] == ""
     assert cells["n"] == "3"
+
+
+def test_infeasible_trials_are_counted_apart():
+    rows = [*ROWS[:2], ("box", "error", 9.0, 9.0), *[("box", "infeasible", None, None)] * 2]
+    result = compare_table(table(rows))[0]
+    assert (result.n, result.unstable, result.infeasible) == (2, 1, 2)
+    cells = dict(zip(compare.CSV_HEADER, compare.csv_row(result), strict=True))
+    assert (cells["unstable_excluded"], cells["infeasible_excluded"]) == ("1", "2")
+    nothing_tried = compare_table(table([("box", "infeasible", None, None)] * 2))[0]
+    assert (nothing_tried.n, nothing_tried.infeasible, nothing_tried.auc) == (0, 2, None)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+import pyarrow.parquet as pq
 import pytest
 
 from sdh_sim.campaign import run_campaign
@@ -40,6 +41,18 @@ def test_resume_with_more_trials_is_the_bigger_run(tmp_path, whole):
     assert table_bytes(tmp_path) == table_bytes(whole)
     assert [row["trial"] for row in seen] == [3, 4, 5, 9, 10, 11]
     assert RunFolder(tmp_path).read_plan().trials == 6
+
+
+def test_resume_takes_the_table_and_run_json_of_an_earlier_version(tmp_path, whole):
+    write_finished_run(plan(), tmp_path)
+    drop_rows(tmp_path, [0, 2, 11])
+    table, info = tmp_path / "trials.parquet", tmp_path / "run.json"
+    pq.write_table(pq.read_table(table).drop_columns(["grasp_name", "plan_opening"]), table)
+    data = json.loads(info.read_text())
+    del data["settings"]["grasp_set"]
+    info.write_text(json.dumps(data))
+    run_campaign(plan(), tmp_path, 1, resume=True, trial=stand_ins.quick)
+    assert table_bytes(tmp_path) == table_bytes(whole)
 
 
 def test_resume_without_a_run_starts_one(tmp_path, whole):

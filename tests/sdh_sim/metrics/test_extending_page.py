@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shlex
 from typing import Any
 
 import numpy as np
@@ -11,20 +10,11 @@ import pyarrow.parquet as pq
 
 from sdh_sim.cli.app import main
 from sdh_sim.records import FAILURES
+from tests.support.doc_blocks import shown_commands
 from tests.support.metric_files import EXAMPLE
 from tests.support.repository import ROOT
 
 PAGE = ROOT / "docs" / "extending.md"
-
-
-def page_commands() -> list[tuple[list[str], str]]:
-    """The page's commands, each with the output below it, if any."""
-    text = PAGE.read_text()
-    found = re.findall(r"^    (sdh-sim [a-z].*)\n(\n```text\n(?:.*\n)*?```)?", text, re.MULTILINE)
-    return [
-        (shlex.split(command)[1:], output.strip().removeprefix("```text").removesuffix("```"))
-        for command, output in found
-    ]
 
 
 def words(text: str) -> set[str]:
@@ -41,7 +31,7 @@ def test_the_page_does_what_it_says(tmp_path, monkeypatch, capsys):
     facts = re.search(r"```toml\n(.*?)```", PAGE.read_text(), re.DOTALL)
     assert facts is not None
     assert facts[1] == (ROOT / "docs/examples/mug/object.toml").read_text()
-    commands = page_commands()
+    commands = shown_commands(PAGE)
     assert [arguments[0] for arguments, _ in commands] == ["objects", "lift", "lift", "compare"]
     for arguments, shown in commands:
         if "box" in arguments:

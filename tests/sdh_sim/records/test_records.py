@@ -248,3 +248,20 @@ def test_a_reader_never_sees_part_of_a_table(tmp_path):
     process.kill()
     process.communicate()
     assert ends == {b"PAR1"}
+
+
+def test_a_table_of_an_earlier_version_lacks_columns_and_gives_none(tmp_path):
+    path = tmp_path / "trials.parquet"
+    records.write_rows(rows(5), path)
+    lacking = ["grasp_name", "infeasible_reason", "plan_palm_pose_object", "tactile_distal"]
+    pq.write_table(pq.read_table(path).drop_columns(lacking), path)
+    found = records.read_rows(path)
+    assert all(row[name] is None for row in found for name in lacking)
+    for row, wanted in zip(found, rows(5), strict=True):
+        assert records.differing_columns(row, {**wanted, "tactile_distal": None}) == []
+    assert np.isnan(records.stack(records.read_table(path), "tactile_distal")).all()
+    with pytest.raises(RecordError, match="no column 'grasp_name'"):
+        records.read_table(path, ["grasp_name"])
+    pq.write_table(pq.read_table(path).drop_columns(["success"]), path)
+    with pytest.raises(RecordError, match="no column 'success'"):
+        records.read_rows(path)

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from PIL import Image
 
 from sdh_sim.cli import app as cli
+from sdh_sim.grasp_files import GraspEntry, write_grasps
+from sdh_sim.grasping import plan_of
+from sdh_sim.objects import object_info
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import Trial
 
@@ -94,6 +98,33 @@ def test_the_viewer_needs_a_screen_and_one_object(capsys, monkeypatch):
     ):
         assert cli.main(["view", *arguments]) == 2
         assert message in capsys.readouterr().err
+
+
+def test_the_viewer_takes_a_grasp_of_a_file(tmp_path, capsys, monkeypatch):
+    turn = [1.0, 0.0, 0.0, 0.0]
+    above = [0.01, 0.28, -0.008, 0.5**0.5, 0.5**0.5, 0.0, 0.0]
+    good = GraspEntry("box", "good", np.array(above), "parallel", object_yaw=0.5)
+    far = GraspEntry("box", "far", np.array([3.0, 0.0, 0.0, *turn]), "parallel")
+    file = tmp_path / "grasps.csv"
+    write_grasps([good, far], file)
+    shown = []
+    monkeypatch.setenv("DISPLAY", ":0")
+    viewer = SimpleNamespace(launch=lambda model, data: shown.append(data.qpos.copy()))
+    monkeypatch.setitem(sys.modules, "mujoco.viewer", viewer)
+    monkeypatch.setattr("mujoco.viewer", viewer, raising=False)
+    assert cli.main(["view", "box", "--grasps", str(file)]) == 0
+    trial = Trial(TrialSettings("box"), plan=plan_of(good, object_info("box")))
+    trial.place()
+    assert np.array_equal(shown[0], trial.simulation.data.qpos)
+    for arguments, message in (
+        (["--grasps", str(file), "--grasp", "far"], "far cannot be tried: the arm cannot"),
+        (["--grasps", str(file), "--grasp", "near"], "has no 'near' for box"),
+        (["--grasp", "far"], "give the file that it is in"),
+    ):
+        assert cli.main(["view", "box", *arguments]) == 2
+        error = capsys.readouterr().err
+        assert message in error
+        assert error.count("\n") == 1
 
 
 def test_the_viewer_starts_before_the_grasp():
