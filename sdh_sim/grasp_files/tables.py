@@ -159,7 +159,8 @@ def _check_columns(names: Sequence[str]) -> None:
         kind = next((kind for kind in ("open_", "closed_") if name.startswith(kind)), None)
         if kind is not None:
             raise FormatError(
-                f"has the column {show(name)}; the motors of this hand are {', '.join(HAND.motor_names)}"
+                f"has the column {show(name)}; the motors of this hand are "
+                f"{', '.join(HAND.motor_names)}"
             )
         near = difflib.get_close_matches(name[:50], COLUMNS, 1)
         hint = f"is it {near[0]}?" if near else f"known are {', '.join((*COLUMNS[:11], '…'))}"

@@ -7,8 +7,8 @@ import pytest
 
 from experiments import gallery, load_rates, repeatability, sensitivity, sensor_study
 from sdh_sim.objects import object_info
-from sdh_sim.sensing import TactileSnapshot
 from sdh_sim.trial.outcome import moved_between
+from tests.support import sdh2
 
 LIMITS = (1.6401, 1.0934)
 
@@ -20,7 +20,7 @@ def grasp():
     distal[:, 7:9, 2:4] = 50.0
     pose = np.array([0.0, 0.0, 0.2, np.sqrt(0.5), np.sqrt(0.5), 0.0, 0.0])
     hand = np.array([0.5, 0.0, 0.3, 1.0, 0.0, 0.0, 0.0])
-    snapshot = TactileSnapshot(
+    snapshot = sdh2.snapshot(
         np.zeros((3, 14, 6)), distal, np.zeros(7), np.zeros(7), pose, hand
     )  # fmt: skip
     return snapshot, object_info("cylindrical_bottle"), LIMITS

@@ -9,8 +9,9 @@ import mujoco
 import numpy as np
 
 from sdh_sim.cell import Scene
-from sdh_sim.robot import HAND, MOTOR_NAMES, PAD_OFFSETS
+from sdh_sim.robot import HAND
 from sdh_sim.robot import sdh2_constants as c
+from tests.support.sdh2 import MOTOR_NAMES, PAD_OFFSETS
 
 # Arm posture that holds the hand level, well over the table [rad].
 ARM_POSTURE = np.array([0.0, -0.3, 0.0, 0.0, 0.3, 0.0])

@@ -8,10 +8,11 @@ import pytest
 
 from sdh_sim.cell import Scene, build_scene
 from sdh_sim.cell.contacts import taxel_forces
-from sdh_sim.robot import MOTOR_NAMES, PAD_OFFSETS, HandKinematics, arrays
+from sdh_sim.robot import HandKinematics
 from sdh_sim.robot import sdh2_constants as c
 from sdh_sim.settings import TrialSettings
 from tests.support import taxel_press as sdh_press
+from tests.support.sdh2 import MOTOR_NAMES, PAD_OFFSETS, arrays
 
 THUMB = [MOTOR_NAMES.index("thumb_proximal"), MOTOR_NAMES.index("thumb_distal")]
 CELL = 3.4e-3**2  # [m^2]

@@ -14,11 +14,11 @@ from sdh_sim.errors import SettingsError
 from sdh_sim.grasping import place, plan_motion
 from sdh_sim.model_files import models_dir
 from sdh_sim.objects import object_info, object_names
-from sdh_sim.robot import MOTOR_NAMES, PAD_OFFSETS, TACTILE_SIZE
 from sdh_sim.robot import sdh2_constants as c
 from sdh_sim.setting_table import settings_of
 from sdh_sim.settings import TrialSettings
 from tests.support import taxel_press as sdh_press
+from tests.support.sdh2 import MOTOR_NAMES, PAD_OFFSETS, TACTILE_SIZE
 
 PAD_MIDDLE = np.array([15.4e-3, 0.0, 43.7e-3])  # of the proximal pad, in the link
 
@@ -39,9 +39,9 @@ def pressed(request, scenes) -> tuple[Scene, mujoco.MjData]:
 
 def test_stiffness_of_the_rubber():
     # E pitch^2 / thickness = 1e6 Pa * (3.4e-3 m)^2 / 3e-3 m = 3853.33 N/m
-    assert taxel_stiffness(TrialSettings("box")) == pytest.approx(3853.3333, abs=1e-3)
+    assert taxel_stiffness(TrialSettings("box"), 3.4e-3) == pytest.approx(3853.3333, abs=1e-3)
     soft = TrialSettings("box", pad_modulus=2e5, pad_thickness=6e-3)
-    assert taxel_stiffness(soft) == pytest.approx(385.33333, abs=1e-4)
+    assert taxel_stiffness(soft, 3.4e-3) == pytest.approx(385.33333, abs=1e-4)
 
 
 def test_a_press_indents_by_force_over_stiffness(pressed):

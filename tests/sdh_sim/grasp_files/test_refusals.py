@@ -11,8 +11,8 @@ import pytest
 
 from sdh_sim.errors import GraspFileError
 from sdh_sim.grasp_files import MAX_BYTES, read_grasps, write_grasps
-from sdh_sim.robot import MOTOR_NAMES
 from tests.support.grasp_entries import entries
+from tests.support.sdh2 import MOTOR_NAMES
 
 POSE = {"palm_x": 0.0, "palm_y": 0.0, "palm_z": 0.2}
 POSE |= {"palm_qw": 0.0, "palm_qx": 1.0, "palm_qy": 0.0, "palm_qz": 0.0}

@@ -21,8 +21,8 @@ from sdh_sim.grasp_files import (
     write_grasps,
 )
 from sdh_sim.grasp_files.grasp_entry import CLOSED, COLUMNS, NUMBERS, OPEN
-from sdh_sim.robot import MOTOR_NAMES
 from tests.support.grasp_entries import entries
+from tests.support.sdh2 import MOTOR_NAMES
 
 TABLES = (".parquet", ".csv", ".json")
 ALL = (*TABLES, ".yaml")

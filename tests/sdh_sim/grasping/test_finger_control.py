@@ -8,9 +8,10 @@ import pytest
 
 from sdh_sim.cell import build_scene
 from sdh_sim.grasping import FingerControl
-from sdh_sim.robot import preshape_closing, torque_limits
+from sdh_sim.robot import preshape_closing
 from sdh_sim.settings import TrialSettings
 from tests.support import taxel_press as sdh_press
+from tests.support.sdh2 import SDH2, torque_limits
 
 LIMITS = torque_limits((1.6, 1.0))
 STIFFNESS = np.array([30.0, 20, 20, 20, 20, 20, 20])
@@ -22,7 +23,7 @@ SPREAD, F2_PROXIMAL, F2_DISTAL, T_PROXIMAL, T_DISTAL, F1_PROXIMAL, F1_DISTAL = r
 
 
 def control(preshape: str = "parallel", ratio: float = 0.2) -> FingerControl:
-    return FingerControl(preshape_closing(preshape), ratio, LIMITS, STIFFNESS, DAMPING)
+    return FingerControl(SDH2, preshape_closing(preshape), ratio, LIMITS, STIFFNESS, DAMPING)
 
 
 def test_it_starts_at_the_preshape():
@@ -184,7 +185,7 @@ def test_a_squeezing_motor_gives_its_limit_and_no_more():
     data = sdh_press.against_thumb_proximal(scene)
     limits = torque_limits(scene.settings.torque_limit)
     kp = scene.model.actuator_gainprm[scene.motors, 0]
-    fingers = FingerControl(preshape_closing("parallel"), 0.5, limits, kp, DAMPING)
+    fingers = FingerControl(SDH2, preshape_closing("parallel"), 0.5, limits, kp, DAMPING)
     start = data.qpos[scene.motor_qpos].copy()
     peak = np.zeros(7)
     for _ in range(100):

@@ -28,6 +28,7 @@ from sdh_sim.grasping.grasp_plan import standing_pose
 from sdh_sim.objects import object_info, object_names
 from sdh_sim.robot import closing_between, palm_motion_of, preshape_closing
 from sdh_sim.settings import TrialSettings
+from tests.support.sdh2 import SDH2
 
 PARALLEL = preshape_closing("parallel")
 
@@ -52,7 +53,7 @@ def test_a_pose_in_the_object_s_frame_comes_back(name):
 def test_a_random_grasp_is_the_same_as_a_given_one(name):
     obj, rng = object_info(name), np.random.default_rng(5)
     for _ in range(10):
-        plan = sample_grasp(obj, rng).plan()
+        plan = sample_grasp(SDH2, obj, rng).plan(SDH2)
         pose = plan.palm_in_object(obj)
         same = GraspPlan.from_pose(obj, pose, plan.closing, object_yaw=plan.object_yaw)
         assert same.palm_position == pytest.approx(plan.palm_position, abs=1e-12)
@@ -61,7 +62,7 @@ def test_a_random_grasp_is_the_same_as_a_given_one(name):
 
 def test_turning_keeps_the_hand_on_the_object():
     obj = object_info("box")
-    plan = sample_grasp(obj, np.random.default_rng(0)).plan()
+    plan = sample_grasp(SDH2, obj, np.random.default_rng(0)).plan(SDH2)
     turned = plan.turned(2.0)
     assert turned.palm_in_object(obj)[:3] == pytest.approx(plan.palm_in_object(obj)[:3], abs=1e-12)
     assert math.remainder(turned.object_yaw - plan.object_yaw - 2.0, 2 * math.pi) == pytest.approx(
@@ -171,7 +172,7 @@ def test_the_arc_of_the_fingers_meets_the_table_by_their_length(scene):
 
 
 def palm_to(scene, data, plan):
-    data.qpos[scene.arm_qpos] = palm_motion_of("servo").reach(
+    data.qpos[scene.arm_qpos] = palm_motion_of("servo", SDH2).reach(
         plan.palm_position, plan.palm_rotation
     )
 

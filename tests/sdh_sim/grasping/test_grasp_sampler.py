@@ -12,11 +12,12 @@ from sdh_sim.grasping import RandomGrasp, sample_grasp
 from sdh_sim.grasping import grasp_sampler as grasps
 from sdh_sim.objects import ObjectInfo, Spread, object_info, object_names
 from sdh_sim.robot.sdh2_constants import PRESHAPES
+from tests.support.sdh2 import SDH2
 
 
 def draw(obj: ObjectInfo, count: int, seed: int = 0) -> list[RandomGrasp]:
     rng = np.random.default_rng(seed)
-    return [sample_grasp(obj, rng) for _ in range(count)]
+    return [sample_grasp(SDH2, obj, rng) for _ in range(count)]
 
 
 def exact(monkeypatch, name: str, side: float, wide: float) -> None:
@@ -52,7 +53,7 @@ def test_ranges(name):
     plans = draw(obj, 400)
     for p in plans:
         assert p.preshape in PRESHAPES
-        low, high = grasps.DEPTH[p.preshape]
+        low, high = SDH2.reaches[p.preshape].depth
         if p.approach == "side":
             assert abs(p.azimuth) <= math.radians(50)
             assert 0.0 <= p.tilt <= math.radians(15)
@@ -66,7 +67,7 @@ def test_ranges(name):
             assert obj.height - 0.07 <= p.height <= obj.height - 0.015
             assert low <= p.depth <= high
         # The palm never starts inside the table or on the object's far side.
-        assert p.palm_position()[2] > 0.0
+        assert p.palm_position(SDH2)[2] > 0.0
         assert p.palm_rotation()[2, 2] < 0.05
     assert {p.approach for p in plans} == {"side", "top"}
     assert {p.preshape for p in plans} == set(PRESHAPES)
@@ -121,15 +122,15 @@ def test_side_pose_by_hand():
     # fingers is at -9.5 mm of its x, so it stands 9.5 mm to the left of the line.
     p = plan()
     assert p.palm_rotation() == pytest.approx(np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]]))
-    assert p.palm_position() == pytest.approx((0.36, 0.0095, 0.1))
+    assert p.palm_position(SDH2) == pytest.approx((0.36, 0.0095, 0.1))
     # Three fingers at 120 degrees close on the palm's axis.
-    assert plan(preshape="centrical").palm_position() == pytest.approx((0.36, 0.0, 0.1))
+    assert plan(preshape="centrical").palm_position(SDH2) == pytest.approx((0.36, 0.0, 0.1))
     # 90 degrees to the left: along y.
     p = plan(azimuth=math.pi / 2, preshape="spherical")
-    assert p.palm_position() == pytest.approx((0.56, -0.2, 0.1))
+    assert p.palm_position(SDH2) == pytest.approx((0.56, -0.2, 0.1))
     # Tilted down by 10 degrees: 200 sin 10 = 34.73 mm higher, 200 cos 10 = 196.96 mm back.
     p = plan(tilt=math.radians(10), preshape="spherical")
-    assert p.palm_position() * 1e3 == pytest.approx((363.04, 0, 134.73), abs=0.01)
+    assert p.palm_position(SDH2) * 1e3 == pytest.approx((363.04, 0, 134.73), abs=0.01)
     assert p.palm_rotation()[:, 2] == pytest.approx((0.984808, 0, -0.173648), abs=1e-6)
 
 
@@ -137,14 +138,16 @@ def test_top_pose_by_hand():
     # Straight down, palm's x along the world's: 200 mm over the grasp centre.
     p = plan(approach="top")
     assert p.palm_rotation() == pytest.approx(np.diag([1.0, -1.0, -1.0]), abs=1e-12)
-    assert p.palm_position() == pytest.approx((0.5695, 0.0, 0.3))
+    assert p.palm_position(SDH2) == pytest.approx((0.5695, 0.0, 0.3))
     p = plan(approach="top", azimuth=math.pi / 2)
     assert p.palm_rotation()[:, 0] == pytest.approx((0, 1, 0), abs=1e-12)
-    assert p.palm_position() == pytest.approx((0.56, 0.0095, 0.3))
+    assert p.palm_position(SDH2) == pytest.approx((0.56, 0.0095, 0.3))
 
 
 def test_an_offset_moves_the_palm_along_its_own_axes():
-    moved = plan(offset=np.array([0.001, 0.002, 0.003])).palm_position() - plan().palm_position()
+    moved = plan(offset=np.array([0.001, 0.002, 0.003])).palm_position(SDH2) - plan().palm_position(
+        SDH2
+    )
     assert moved == pytest.approx((0.003, 0.001, 0.002))  # palm x, y, z are world y, z, x
 
 

@@ -13,6 +13,7 @@ from sdh_sim.objects import ObjectInfo, object_info, user_object
 from sdh_sim.robot import HandKinematics
 from sdh_sim.sensing import TactileSnapshot
 from sdh_sim.sensing import perceived_grasp as perception
+from tests.support import sdh2
 
 LIMIT = (1.6401, 1.0934)
 FINGER1, FINGER2, THUMB = range(3)
@@ -59,7 +60,7 @@ def pinch() -> TactileSnapshot:
     """
     proximal = np.zeros((3, 14, 6))
     proximal[FINGER1, 13, 2] = proximal[FINGER2, 13, 3] = 20.0
-    return TactileSnapshot(
+    return sdh2.snapshot(
         proximal=proximal,
         distal=np.zeros((3, 13, 6)),
         joint_angles=np.array([math.pi / 2, 0, 0, 0, 0, 0, 0]),
@@ -115,7 +116,9 @@ def test_without_friction_no_pinch(on_the_spot, kinematics, plate, pinch):
 
 
 def test_no_reading_no_prediction(kinematics, obj, pinch):
-    found = predict(replace(pinch, proximal=np.zeros((3, 14, 6))), obj, LIMIT, "all", kinematics)
+    found = predict(
+        sdh2.with_arrays(pinch, proximal=np.zeros((3, 14, 6))), obj, LIMIT, "all", kinematics
+    )
     assert found.q_linf == found.q_l1 == 0.0
     assert found.reason == NO_READING
     assert found.contacts == ()
@@ -154,7 +157,7 @@ def test_it_depends_on_snapshot_shape_mass_friction_com_and_limits_only(kinemati
     # Elsewhere in the world, turned about the vertical: gravity is the same.
     turned = np.array([3.0, -2.0, 1.0, math.cos(0.4), 0, 0, math.sin(0.4)])
     # The same readings in other units.
-    louder = replace(grasp, proximal=grasp.proximal * 7.0)
+    louder = sdh2.with_arrays(grasp, proximal=grasp.proximal * 7.0)
     # What the object needs to stand on the table and to be planned for.
     other = replace(
         obj, extents_m=np.ones(3), height=2.0, half_wide=1.0,

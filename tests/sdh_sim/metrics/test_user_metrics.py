@@ -19,9 +19,10 @@ from sdh_sim.objects import object_info
 from sdh_sim.records import METRIC_ERROR
 from sdh_sim.robot import HandKinematics
 from sdh_sim.runs import RunPlan
-from sdh_sim.sensing import PerceivedGrasp, TactileSnapshot, perceive
+from sdh_sim.sensing import PerceivedGrasp, perceive
 from sdh_sim.settings import TrialSettings
 from sdh_sim.user_references import UserMetric, plain
+from tests.support import sdh2
 from tests.support.metric_files import EXAMPLE, SOURCE, find, metric_file
 
 
@@ -33,7 +34,7 @@ def file(tmp_path) -> Path:
 @pytest.fixture
 def grasp() -> PerceivedGrasp:
     rng = np.random.default_rng(0)
-    snapshot = TactileSnapshot(
+    snapshot = sdh2.snapshot(
         proximal=np.zeros((3, 14, 6)),
         distal=rng.uniform(size=(3, 13, 6)),
         joint_angles=np.array([0.5, 0.2, 0.3, 0.1, 0.2, 0.3, 0.2]),

@@ -22,6 +22,7 @@ from sdh_sim.runs import RunFolder, RunPlan
 from sdh_sim.settings import TrialSettings
 from sdh_sim.user_references import ObjectFolder
 from tests.support.object_files import FACTS, MUG, block, info_of, object_folder
+from tests.support.sdh2 import SDH2
 
 
 def test_contacts_of_a_user_s_object_are_those_of_a_built_in_one(tmp_path):
@@ -43,13 +44,13 @@ def test_contacts_of_a_user_s_object_are_those_of_a_built_in_one(tmp_path):
 def test_low_objects_are_taken_from_above_and_the_spread_is_obeyed(tmp_path):
     low = info_of(object_folder(tmp_path, block(size=(0.06, 0.06, 0.05))))
     rng = np.random.default_rng(0)
-    plans = [sample_grasp(low, rng) for _ in range(50)]
+    plans = [sample_grasp(SDH2, low, rng) for _ in range(50)]
     assert {p.approach for p in plans} == {"top"}
     assert all(0.0 < p.height < 0.05 for p in plans)
     sides = info_of(
         object_folder(tmp_path / "b", facts=FACTS + "[grasp]\nside = 1.0\noffset = 0.0\n")
     )
-    plans = [sample_grasp(sides, rng) for _ in range(50)]
+    plans = [sample_grasp(SDH2, sides, rng) for _ in range(50)]
     assert {p.approach for p in plans} == {"side"}
     assert all((p.offset == 0.0).all() for p in plans)
 

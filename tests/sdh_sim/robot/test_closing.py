@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from sdh_sim.errors import SettingsError
-from sdh_sim.robot import MOTOR_NAMES, closing_between, preshape_closing
+from sdh_sim.robot import closing_between, preshape_closing
 from sdh_sim.robot.sdh2_constants import PRESHAPES
+from tests.support.sdh2 import MOTOR_NAMES
 
 OPEN = np.array([0.5, -0.8, 0.6, -0.8, 0.6, -0.8, 0.6])
 CLOSED = np.array([0.5, 0.2, 0.6, 0.1, 0.8, 0.2, 0.2])

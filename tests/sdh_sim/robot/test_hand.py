@@ -17,7 +17,15 @@ import numpy as np
 import pytest
 
 from sdh_sim.model_files import models_dir
-from sdh_sim.robot import HandKinematics, hand, pads, preshape_closing
+from sdh_sim.robot import HandKinematics, hand, preshape_closing
+from tests.support.sdh2 import (
+    FINGER_NAMES,
+    MOTOR_NAMES,
+    SDH2,
+    live_mask,
+    taxel_centres,
+    torque_limits,
+)
 
 # Motors: spread, finger 2 proximal and distal, thumb the same, finger 1 the same [deg]; the
 # body; its origin in the palm frame [mm]; its x and z axes. sin 30 = cos 60 = .5,
@@ -99,7 +107,7 @@ def test_fingertip_is_68_5_mm_past_the_distal_axis(model):
 
 def test_three_fingers_at_120_degrees_at_spread_60(kinematics):
     posture = kinematics.at(np.radians([60, 0, 0, 0, 0, 0, 0]))
-    facing = [posture.link(f"{f}_distal")[1][:, 0] for f in hand.FINGER_NAMES]
+    facing = [posture.link(f"{f}_distal")[1][:, 0] for f in FINGER_NAMES]
     for a, b in ((0, 1), (0, 2), (1, 2)):
         assert facing[a] @ facing[b] == pytest.approx(-0.5)
 
@@ -117,7 +125,7 @@ def test_jacobian_by_hand(kinematics):
     assert posture.jacobian("thumb_distal", point) == pytest.approx(expected, abs=1e-6)
 
 
-@pytest.mark.parametrize("finger", hand.FINGER_NAMES)
+@pytest.mark.parametrize("finger", FINGER_NAMES)
 @pytest.mark.parametrize("kind", ["knuckle", "proximal", "distal"])
 def test_jacobian_is_the_derivative_of_position(kinematics, finger, kind):
     rng = np.random.default_rng(3)
@@ -160,11 +168,11 @@ def test_spin_by_hand(kinematics):
 
 
 def test_limits_speeds_and_torques_are_the_data_sheets(model):
-    assert hand.MOTOR_NAMES == ("spread", "finger2_proximal", "finger2_distal", "thumb_proximal",
+    assert MOTOR_NAMES == ("spread", "finger2_proximal", "finger2_distal", "thumb_proximal",
                                 "thumb_distal", "finger1_proximal", "finger1_distal")  # fmt: skip
     quarter = math.pi / 2
     torque = [2.1, 2.1, 1.4, 2.1, 1.4, 2.1, 1.4]
-    for name, tau in zip(hand.MOTOR_NAMES, torque, strict=True):
+    for name, tau in zip(MOTOR_NAMES, torque, strict=True):
         low = 0.0 if name == "spread" else -quarter
         assert model.joint(name).range == pytest.approx((low, quarter), abs=1e-8)
         assert model.jnt_limited[model.joint(name).id]
@@ -175,8 +183,8 @@ def test_limits_speeds_and_torques_are_the_data_sheets(model):
         assert motor.trnid[0] == model.joint(name).id
         assert motor.gear[0] == 1.0
     assert model.joint("spread_coupled").range == pytest.approx((0, quarter), abs=1e-8)
-    assert hand.torque_limits((1.5, 0.5)).tolist() == [1.5, 1.5, 0.5, 1.5, 0.5, 1.5, 0.5]
-    table = hand.joint_table()
+    assert torque_limits((1.5, 0.5)).tolist() == [1.5, 1.5, 0.5, 1.5, 0.5, 1.5, 0.5]
+    table = hand.joint_table(SDH2)
     assert len(table) == 8
     for name, _, tau, reach, speed in table:
         distal, spread = name.endswith("distal"), name.startswith("spread")
@@ -186,18 +194,19 @@ def test_limits_speeds_and_torques_are_the_data_sheets(model):
 
 
 def test_pads_are_84_and_68_cells():
-    rows = pads.pad_table()
-    assert [r[0] for r in rows] == list(pads.PAD_NAMES)
-    assert [r[1:] for r in rows] == [(14, 6, 84, 3.4)] * 3 + [(13, 6, 68, 3.4)] * 3
-    assert pads.live_mask("proximal").all()
-    mask = pads.live_mask("distal")
+    fingers = ("finger1", "finger2", "thumb")
+    assert SDH2.pad_names == tuple(f"{f}_{k}" for k in ("proximal", "distal") for f in fingers)
+    found = [(*p.array.shape, int(p.array.live.sum()), p.array.pitch) for p in SDH2.pads]
+    assert found == [(14, 6, 84, 3.4e-3)] * 3 + [(13, 6, 68, 3.4e-3)] * 3
+    assert live_mask("proximal").all()
+    mask = live_mask("distal")
     expected = np.ones((13, 6), dtype=bool)
     expected[:5, [0, 5]] = False
     assert (mask == expected).all()
 
 
 def test_taxel_centres_match_the_published_ones():
-    proximal, distal = pads.taxel_centres("proximal"), pads.taxel_centres("distal")
+    proximal, distal = taxel_centres("proximal"), taxel_centres("distal")
     assert proximal.shape == (14, 6, 3)
     assert distal.shape == (13, 6, 3)
     # y = (column - 2.5) 3.4; proximal z = 21.6 + (13 - row) 3.4: 65.8 at row 0.

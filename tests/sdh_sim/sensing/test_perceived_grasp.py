@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from sdh_sim.objects import ObjectInfo, object_info
-from sdh_sim.robot import HandKinematics, torque_limits
+from sdh_sim.robot import HandKinematics
 from sdh_sim.sensing import PadContact, TactileSnapshot, pad_contacts, perceive
 from sdh_sim.sensing.perceived_grasp import gravity_task
+from tests.support import sdh2
+from tests.support.sdh2 import torque_limits
 
 LIMIT = (1.6401, 1.0934)
 UPRIGHT = np.array([0, 0, 0, 1.0, 0, 0, 0])
@@ -36,7 +38,7 @@ def snapshot(cells: dict, angles=None, object_pose=None, hand_pose=None) -> Tact
     for (kind, finger, row, column), value in cells.items():
         (proximal if kind == "proximal" else distal)[finger, row, column] = value
     above = np.array([0, 0, 0.15, 1.0, 0, 0, 0])
-    return TactileSnapshot(
+    return sdh2.snapshot(
         proximal=proximal,
         distal=distal,
         joint_angles=np.zeros(7) if angles is None else np.asarray(angles, dtype=float),

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sdh_sim.robot import PAD_OFFSETS, arrays, live_mask
 from sdh_sim.sensing import SensorModel, TactileSensor
 from sdh_sim.sensing.tactile_sensor import FRAME_RATE, PRESETS, TAXEL_AREA, spread_pressure
+from tests.support.sdh2 import PAD_OFFSETS, SDH2, arrays, live_mask
 
 DSA = SensorModel()  # the preset
 STATIC = SensorModel(crosstalk=0.0, creep_share=0.0, noise=0.0, gain_spread=0.0)
@@ -101,18 +101,20 @@ def test_crosstalk_keeps_the_sum_and_stays_on_the_pad():
         [live_mask("proximal").ravel()] * 3 + [live_mask("distal").ravel()] * 3
     )  # fmt: skip
     pressure[~live] = 0.0
-    spread = spread_pressure(pressure, 0.1)
+    spread = spread_pressure(pressure, 0.1, SDH2)
     assert spread.sum() == pytest.approx(pressure.sum(), rel=1e-12)
     for first, last in itertools.pairwise(PAD_OFFSETS):
         assert spread[first:last].sum() == pytest.approx(pressure[first:last].sum(), rel=1e-12)
     assert not spread[~live].any()
-    assert spread_pressure(np.where(live, 7.0, 0.0), 0.1) == pytest.approx(np.where(live, 7.0, 0.0))
+    assert spread_pressure(np.where(live, 7.0, 0.0), 0.1, SDH2) == pytest.approx(
+        np.where(live, 7.0, 0.0)
+    )
 
 
 def test_crosstalk_of_one_cell_worked_by_hand():
     pressure = np.zeros(486)
     pressure[DISTAL + 7 * 6 + 2] = 100.0
-    _, distal = arrays(spread_pressure(pressure, 0.1))
+    _, distal = arrays(spread_pressure(pressure, 0.1, SDH2))
     expected = np.zeros((13, 6))
     expected[7, 2] = 60.0
     expected[[6, 8], 2] = expected[7, [1, 3]] = 10.0

@@ -11,7 +11,7 @@ import pytest
 from sdh_sim.cell import HAND_GEOM, OBJECT_GEOM, Simulation
 from sdh_sim.metrics import METRICS, evaluate
 from sdh_sim.objects import ObjectInfo, object_info
-from sdh_sim.robot import HAND, HandKinematics, torque_limits
+from sdh_sim.robot import HAND, HandKinematics
 from sdh_sim.sensing import (
     PerceivedGrasp,
     TactileSnapshot,
@@ -22,6 +22,8 @@ from sdh_sim.sensing import (
 from sdh_sim.sensing.unsensed_contacts import TOUCHING
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import Trial
+from tests.support import sdh2
+from tests.support.sdh2 import torque_limits
 
 LIMIT = (1.6401, 1.0934)
 OPEN = np.array([0.0, -1.5, 0.0, -1.5, 0.0, -1.5, 0.0])  # fingers bent outwards, out of the way
@@ -38,7 +40,7 @@ def over_palm(height: float) -> tuple[TactileSnapshot, ObjectInfo]:
     pose = np.array([0, 0, height + 0.0776, 1.0, 0, 0, 0])
     hand = np.array([0, 0, 0.5, 1.0, 0, 0, 0])
     nothing = np.zeros((3, 14, 6)), np.zeros((3, 13, 6))
-    return TactileSnapshot(*nothing, OPEN, np.zeros(7), pose, hand), object_info("box")
+    return sdh2.snapshot(*nothing, OPEN, np.zeros(7), pose, hand), object_info("box")
 
 
 def first_touch(kinematics: HandKinematics) -> float:
@@ -84,7 +86,7 @@ def test_pads_left_out_belong_to_the_whole_hand(kinematics):
     proximal = np.zeros((3, 14, 6))
     proximal[2, 13, 2:4] = 5.0
     pose = np.array([0, 0, 0.15, 1.0, 0, 0, 0])
-    seen = TactileSnapshot(proximal, np.zeros((3, 13, 6)), np.zeros(7), np.zeros(7), pose, pose)
+    seen = sdh2.snapshot(proximal, np.zeros((3, 13, 6)), np.zeros(7), np.zeros(7), pose, pose)
     obj = object_info("box")
     every, distal = (perceive(seen, obj, LIMIT, pads, kinematics) for pads in ("all", "distal"))
     assert [c.pad for c in every.contacts] == ["thumb_proximal"]

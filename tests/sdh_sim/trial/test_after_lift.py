@@ -14,6 +14,7 @@ from sdh_sim.sensing import TactileSnapshot, add_tracking_error
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import disturbance, run_trial
 from sdh_sim.trial.outcome import moved_between
+from tests.support import sdh2
 
 BOTTLE = TrialSettings("cylindrical_bottle")
 
@@ -38,7 +39,7 @@ def test_turning_goes_120_degrees_either_way_and_comes_back():
 def test_shaking_moves_the_hand_by_20_mm_along_its_x():
     scene = build_scene(BOTTLE)
     simulation, start = Simulation(scene), np.array([0.0, 0.4, 0.8, 0.0, 0.4, 0.3])
-    arm = disturbance.palm_motion_of("servo")
+    arm = scene.palm_motion
     position, rotation = arm.palm_pose(start)
     path = [arm.palm_pose(r)[0] - position for r in disturbance._shake(start, simulation)]
     along = np.array(path) @ rotation
@@ -95,7 +96,7 @@ def test_a_rigid_arm_keeps_its_place_under_load():
 @pytest.fixture
 def snapshot() -> TactileSnapshot:
     turn = np.array([0.5, 0.5, 0.5, 0.5])
-    return TactileSnapshot(
+    return sdh2.snapshot(
         np.zeros((3, 14, 6)), np.zeros((3, 13, 6)), np.zeros(7), np.zeros(7),
         np.concatenate(((0.01, 0.02, 0.15), turn)), np.array([0, 0, 0, 1.0, 0, 0, 0]),
     )  # fmt: skip

@@ -15,6 +15,7 @@ from sdh_sim.objects import user_object
 from sdh_sim.robot.sdh2_constants import PRESHAPES
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import run_trial
+from tests.support.sdh2 import SDH2
 
 
 def folder(tmp_path, geom: str, mass: float):
@@ -59,15 +60,15 @@ def test_what_is_too_wide_is_named_with_what_would_do(tmp_path):
 
 @pytest.mark.parametrize("preshape", PRESHAPES)
 def test_fingertips_reach_less_far_on_wide_objects(preshape):
-    reaches = [fingertip_reach(preshape, half).lowest for half in (0.0, 0.02, 0.04, 0.06)]
+    reaches = [fingertip_reach(SDH2, preshape, half).lowest for half in (0.0, 0.02, 0.04, 0.06)]
     assert reaches == sorted(reaches, reverse=True)
 
 
 def test_fingertips_of_straight_fingers_reach_their_length():
     # 91 mm to the proximal axis, 86.5 to the distal one, 68.5 to the tip, at 75/82 of the closing.
-    assert fingertip_reach("parallel", 0.0).lowest == pytest.approx(0.246, abs=1e-4)
+    assert fingertip_reach(SDH2, "parallel", 0.0).lowest == pytest.approx(0.246, abs=1e-4)
     # Open, the proximal links stand at -75 degrees and the distal ones upright. Their axes are
     # 2 x 86.5 sin 75 + 19.05 + 38.11 = 224.27 mm apart, each with a pad 14.8 mm ahead; but the
     # fingers meet 9.6 mm nearer to the pair's side than the middle, as the thumb's base is further.
-    widest = fingertip_reach("parallel", 0.0).widest
+    widest = fingertip_reach(SDH2, "parallel", 0.0).widest
     assert 0.170 < widest < 0.1947

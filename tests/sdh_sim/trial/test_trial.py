@@ -123,8 +123,7 @@ def test_hand_is_in_the_scene_as_in_its_kinematics():
     rng = np.random.default_rng(0)
     for preshape in ("parallel", "spherical"):
         angles = preshape_closing(preshape).angles(rng.uniform(0, 1, 3))
-        data.qpos[scene.motor_qpos] = angles
-        data.qpos[scene.coupled_qpos] = angles[0]
+        scene.pose_hand(data, angles)
         data.qpos[scene.arm_qpos] = rng.uniform(-1, 1, 6)
         mujoco.mj_kinematics(scene.model, data)
         posture = kinematics.at(angles)
@@ -203,7 +202,7 @@ def test_a_huge_torque_on_a_light_object_always_lifts(plan):
     scene.model.body_mass[scene.object_body] *= 0.2
     scene.model.body_inertia[scene.object_body] *= 0.2
     light = dataclasses.replace(scene.obj, mass_kg=0.2 * scene.obj.mass_kg)
-    motion = try_grasp(scene, plan.plan())
+    motion = try_grasp(scene, plan.plan(scene.hand))
     assert isinstance(motion, MotionPlan)
     row = row_of(dataclasses.replace(scene, obj=light), 0, motion)
     assert row["failure"] == "none"

@@ -15,7 +15,6 @@ from rerun.chunk import RrdReader
 from scipy.spatial import ConvexHull
 
 from sdh_sim.errors import RunError
-from sdh_sim.robot import MOTOR_NAMES, PAD_NAMES, PAD_OFFSETS, live_mask, torque_limits
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import TrialLog, run_trial
 from sdh_sim.viewing.layout import blueprint
@@ -23,6 +22,7 @@ from sdh_sim.viewing.perceived_contacts import least_effort_forces
 from sdh_sim.viewing.recording import recording_id, spawn_viewer, write_recording, write_recordings
 from sdh_sim.viewing.style import FORCE_SCALE, LIMIT_SCALE, heat_colors
 from tests.support.repository import ROOT
+from tests.support.sdh2 import MOTOR_NAMES, PAD_NAMES, PAD_OFFSETS, live_mask, torque_limits
 
 ARCHETYPES = {
     "Transform3D", "Mesh3D", "Boxes3D", "Points3D", "Arrows3D", "DepthImage", "Scalars",
