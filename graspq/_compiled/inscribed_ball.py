@@ -14,7 +14,7 @@ import numpy as np
 from graspq._compiled.incremental_hull import FIRST, FULL, GROWN, insert, is_vertex, jog, start
 from graspq._compiled.jit import compiled
 from graspq._compiled.small_matrices import dot, invert
-from graspq._compiled.support_function import FAST, support
+from graspq._compiled.support_function import support
 
 STUCK, ARTIFICIAL_LEFT, COARSE = 3, 4, 5
 # A facet supports the set when no point is further out by more than round-off; where jogged and
@@ -122,7 +122,7 @@ def _raises(hull, tally, facet, vertex, most_jog, seed):
     return dot(facet.plane, point.jogged) > 1.0
 
 
-@compiled(fastmath=FAST)
+@compiled
 def _length(plane, turn):
     """Length of a plane's u before the set was turned."""
     u0, u1, u2, u3, u4, u5 = plane[0], plane[1], plane[2], plane[3], plane[4], plane[5]

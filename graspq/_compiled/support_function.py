@@ -13,6 +13,8 @@ from graspq._compiled.jit import compiled
 from graspq._compiled.workspace import CHOSEN
 
 # Reordered and fused sums are allowed, which vector code needs; values that are no numbers are not.
+# For these large loops alone: in what is inlined the order may be another in a process that
+# compiles than in one that reads what the first has kept (tests/graspq/test_compiled_cache.py).
 FAST = {"contract", "nsz", "reassoc", "nnan"}
 # What a set contributes to a support point: a point k >= 0, ellipsoid k as -2 - k, or this.
 ORIGIN = -1

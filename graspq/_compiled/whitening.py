@@ -13,13 +13,12 @@ import numpy as np
 from graspq._compiled.body import LEAST_EXTENT
 from graspq._compiled.body_reading import largest
 from graspq._compiled.jit import compiled, entry
-from graspq._compiled.support_function import FAST
 
 # Scatter matrices of a greater condition number are too close to singular for round-off.
 MOST_CONDITION = 1e11
 
 
-@compiled(fastmath=FAST)
+@compiled
 def _row_extents(points, begin, end, size):
     """Write the largest absolute entry per row of some columns; return the largest of all."""
     most = 0.0
@@ -35,7 +34,7 @@ def _row_extents(points, begin, end, size):
     return most
 
 
-@compiled(fastmath=FAST)
+@compiled
 def _centre(points, first_point, begin, end, holds_origin, size, moved, inner):
     """Write an inner point of the sets from ``begin`` to ``end``, and what spans them.
 
@@ -58,7 +57,7 @@ def _centre(points, first_point, begin, end, holds_origin, size, moved, inner):
                 row[k] = (own[k] - away) / size[r]
 
 
-@compiled(fastmath=FAST)
+@compiled
 def _factor_scatter(moved, count, factor):
     """Write the Cholesky factor of the scatter matrix; return its trace, 0 where it has none."""
     trace = 0.0
@@ -96,7 +95,7 @@ def _invert_triangle(factor, inverse):
     return squares
 
 
-@compiled(fastmath=FAST)
+@compiled
 def _turn(turn, points, begin, end, out):
     """Write ``turn`` times some columns."""
     for r in range(6):

@@ -118,3 +118,27 @@ def test_only_a_person_who_waits_is_told_and_only_once(kernel):
         call(kernel, stderr=log)
         log.seek(0)
         assert log.read() == ""
+
+
+VALUES = """
+import numpy as np, graspq as gq
+from tests.support.random_grasps import grasp, tasks
+rng = np.random.default_rng(0)
+for _ in range(12):
+    sets = grasp(rng, "soft", 12)
+    print(gq.epsilon(sets).hex(), gq.task_scaling(sets, tasks(rng, sets)).value.hex())
+"""
+
+
+def test_a_process_that_compiles_gives_the_bits_of_one_that_reads(tmp_path):
+    # Fast arithmetic may be ordered otherwise in code that is compiled for one process and in what
+    # is kept for the next; what values come from must not use it.
+    env = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path)}
+    printed = [
+        subprocess.run(
+            [sys.executable, "-c", VALUES], env=env, capture_output=True, check=True, timeout=300
+        ).stdout
+        for _ in range(2)
+    ]
+    assert len(printed[0].split()) == 24
+    assert printed[0] == printed[1]

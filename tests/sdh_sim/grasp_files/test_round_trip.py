@@ -79,7 +79,9 @@ def test_the_reference_has_the_digest_of_the_bytes(tmp_path, ending):
 def test_isaac_grasp_is_what_other_readers_expect(tmp_path):
     """PyYAML's own loader, which Isaac Sim uses, gives every number as a number."""
     path = tmp_path / "grasps.yaml"
+    tiny = np.array([1e-05, -2e-07, 0.25, 0.0, 1.0, 0.0, 0.0])  # "1e-05" is text in YAML 1.1
     written = entries(12, ("box",))
+    written.append(GraspEntry("box", "tiny", tiny, "parallel", object_yaw=1e-05, confidence=1e-09))
     write_grasps(written, path)
     document = yaml.safe_load(path.read_text(encoding="utf-8"))
     assert document["format"] == "isaac_grasp"
@@ -94,7 +96,7 @@ def test_isaac_grasp_is_what_other_readers_expect(tmp_path):
         assert set(grasp["pregrasp_cspace_position"]) == set(MOTOR_NAMES)
         assert grasp["confidence"] == entry.confidence
         if entry.object_yaw is not None:
-            assert grasp["object_yaw"] == entry.object_yaw  # 1e-5: no text, as "1e-05" would be
+            assert grasp["object_yaw"] == entry.object_yaw
 
 
 @pytest.mark.parametrize("ending", TABLES)
