@@ -21,7 +21,10 @@ MAX_SPEED = 0.125  # of a jaw [m/s]
 CLOSING_SPEED = 0.050  # of a jaw while it closes on an object [m/s]
 ARMATURE = 1.9  # half of the motor's reflected inertia, at each jaw [kg]
 DAMPING = 60.0  # viscous, of the whole drive, at the jaw that the motor moves [N s/m]
-SERVO_STIFFNESS, SERVO_DAMPING = 40e3, 700.0  # gains kp [N/m] and kv [N s/m]
+SERVO_STIFFNESS, SERVO_DAMPING = 5e3, 210.0  # gains kp [N/m] and kv [N s/m]
+# The reference may go on past where the pads meet, so that a thin object is gripped as firmly: by
+# what 1.25 times the rated force asks of the servo.
+OVERTRAVEL = 1.25 * RATED_FORCE / SERVO_STIFFNESS
 
 # --- shape: lengths in the palm frame or a jaw's [m] ------------------------------------------
 

@@ -146,7 +146,8 @@ def jaw_mjcf() -> str:
     lines = [
         f'      <joint type="slide" axis="1 0 0" range="{stroke}" armature="{j.ARMATURE:g}"/>',
         f'      <position kp="{j.SERVO_STIFFNESS:g}" kv="{j.SERVO_DAMPING:g}" '
-        f'forcerange="{-j.RATED_FORCE:g} {j.RATED_FORCE:g}" ctrlrange="{stroke}"/>',
+        f'forcerange="{-j.RATED_FORCE:g} {j.RATED_FORCE:g}" '
+        f'ctrlrange="{numbers((0.0, j.STROKE + j.OVERTRAVEL))}"/>',
         *CLASSES.splitlines(),
         *(f'    <mesh name="{name}" file="{name}.obj"/>' for name in sorted(jaw_meshes())),
         "  </asset>",

@@ -149,7 +149,7 @@ def held(plate: tuple[float, float], slides: bool, seconds: float = 4.0):
     model.geom_solref[taxels] = (-stiffness, -2.0 * np.sqrt(stiffness))
     model.geom_solimp[taxels] = (0.95, 0.95, 0.001, 0.5, 2.0)
     data = mujoco.MjData(model)
-    data.ctrl[0] = 0.07
+    data.ctrl[0] = 0.095  # 45 mm past the plate: more than saturates 5 kN/m
     mujoco.mj_step(model, data, round(seconds / 0.002))
     forces, wrench = np.zeros(2), np.zeros(6)
     for k in range(data.ncon):
@@ -184,6 +184,12 @@ def test_one_pad_alone_takes_all_of_it_and_the_jaws_stay_together(side, plate):
     carried = FORCE if side == "right" else 0.0
     yields = (1 - 0.9999) * 2 / 2.04 * carried * 0.005**2
     assert left - right == pytest.approx(yields, rel=0.02, abs=1e-9)
+
+
+def test_the_reference_goes_past_the_joint_s_end_by_what_the_rated_force_takes(model):
+    # 1.25 x 100 N over 5 kN/m are 25 mm; a position beyond 70 mm is no position of the motor.
+    assert model.actuator_ctrlrange[0] == pytest.approx((0.0, 0.095))
+    assert HAND.motors[0].span == (0.0, 0.07)
 
 
 def test_it_closes_at_50_mm_per_second_and_stops_at_its_ends(model):
