@@ -115,10 +115,12 @@ def jaw_creep(short: bool = False, spoil: Spoil = HONEST) -> Result:
 
 def jaw_step(short: bool = False, spoil: Spoil = HONEST) -> Result:
     """A box squeezed off the middle and hung from the pads: force and place at other steps."""
-    usual = _carried(timestep_in_use.get())
+    usual_step = timestep_in_use.get()
+    usual = _carried(usual_step)
     rows = []
-    for share in (0.5,) if short else (0.25, 0.5, 2.0):
-        step = share * timestep_in_use.get()
+    for step in (usual_step / 2,) if short else (0.0005, 0.001, 0.002, 0.004):
+        if step == usual_step:
+            continue
         force, place = _carried(step, spoil)
         moved = float(np.linalg.norm(place - usual[1]))
         rows += [
