@@ -21,7 +21,7 @@ from pathlib import Path
 from rich.table import Table
 
 from experiments.command_line import Parser
-from experiments.validation import carrying, forces, friction, motion, pads, sensor
+from experiments.validation import carrying, forces, friction, jaw, motion, pads, sensor
 from experiments.validation.result_rows import Result, Row
 from experiments.validation.rigs import HONEST, Spoil, timestep_in_use
 from sdh_sim.campaign.paper_preset import FAST_SETTINGS
@@ -46,6 +46,10 @@ CHECKS: dict[str, tuple[str, Check]] = {
     "release": ("Released object: momentum, energy, spin", motion.release),
     "sensor_creep": ("Creep of the tactile arrays: p (1 - a exp(-t / T))", sensor.sensor_creep),
     "numerics": ("Independence of time step, tolerance and impratio", motion.numerics),
+    "jaw_force": ("Parallel jaw: F / 2 on each pad", jaw.jaw_force),
+    "jaw_torsion": ("Parallel jaw: torsional slip of a flat patch, equation 7", jaw.jaw_torsion),
+    "jaw_creep": ("Parallel jaw: creep of regularised friction", jaw.jaw_creep),
+    "jaw_step": ("Parallel jaw: independence of the time step", jaw.jaw_step),
     "carry": ("Independence of the time step while the arm moves", carrying.carry),
 }  # fmt: skip
 

@@ -7,11 +7,22 @@ means moving several times faster than the creep law lets a contact within its l
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import mujoco
 import numpy as np
 
 from experiments.validation.result_rows import Result, Row, threshold
-from experiments.validation.rig_readings import advance, copy, imprint, pressed, squeezed, touches
+from experiments.validation.rig_readings import (
+    Imprint,
+    advance,
+    copy,
+    imprint,
+    pressed,
+    squeezed,
+    touches,
+)
 from experiments.validation.rigs import (
     GRAVITY,
     HONEST,
@@ -28,7 +39,7 @@ from experiments.validation.rigs import (
 )
 from sdh_sim.cell import Scene
 from sdh_sim.cell.scene_builder import PAD_IMPEDANCE
-from sdh_sim.robot import built_in_hand
+from sdh_sim.robot import Hand, built_in_hand
 from sdh_sim.robot import sdh2_constants as c
 
 PRESS = 10.0  # [N]
@@ -111,12 +122,14 @@ def clamp(
     return scene, squeezed(scene, CLAMP_ANGLES, CLAMP_PUSH)
 
 
-def hung(scene: Scene, rest: mujoco.MjData, friction: float, seconds: float) -> mujoco.MjData:
-    """A clamped box with its weight on, across the fingers, ramped up in 0.1 s."""
+def hung(
+    scene: Scene, rest: mujoco.MjData, friction: float, seconds: float, axis: int = 0
+) -> mujoco.MjData:
+    """A clamped box with its weight on, along an axis of the palm frame, ramped up in 0.1 s."""
     set_friction(scene, friction)
     data = copy(scene, rest)
     for share in np.linspace(0.1, 1.0, 10):
-        scene.model.opt.gravity[:] = (share * GRAVITY, 0.0, 0.0)
+        scene.model.opt.gravity[axis] = share * GRAVITY
         advance(scene, data, 0.01)
     advance(scene, data, seconds)
     return data
@@ -168,6 +181,46 @@ SPUN = {
 }  # fmt: skip
 
 
+class Spin(NamedTuple):
+    """A patch that is twisted about its middle.
+
+    Attributes:
+        mark: the pad's tactile array.
+        exact: μ ΣN l of the contact points [N m].
+        found: moment that starts it spinning [N m].
+        law: speed of the creep per moment [rad/s per N m].
+        speed: at a moment, of the simulation.
+    """
+
+    mark: Imprint
+    exact: float
+    found: float
+    law: float
+    speed: Callable[[float], float]
+
+
+def spinning(
+    pad: str, at: tuple[float, float], shape: Shape, spoil: Spoil, hand: Hand | None = None
+) -> Spin:
+    """A shape pressed on a pad at a row and column, and the moment that starts it spinning."""
+    # Pressed without friction: spinning, none is left to carry load towards the middle.
+    scene = bench(pad, *at, [shape], ["press", "twist"], settings_for(), 0.0, spoil, hand)
+    rest = pressed(scene, PRESS)
+    set_friction(scene, FRICTION * spoil.friction)
+    mark, touch = imprint(scene, rest, pad), touches(scene, rest)
+    frame = pad_frame(pad, *at, hand=hand)
+    arms = np.linalg.norm(((touch.points - frame.position) @ frame.rotation)[:, 1:], axis=1)
+    exact = FRICTION * float(touch.normal @ arms)
+    sticky = stickiness(scene, touch.links)
+    yielded = SPIN_FACTOR * FRICTION * float((touch.normal / (sticky * arms)).max())
+
+    def speed(load: float) -> float:
+        return _loaded(scene, rest, load)
+
+    found = threshold(lambda load: speed(load) > yielded, 0.3 * exact, 1.7 * exact)
+    return Spin(mark, exact, found, 1.0 / float(sticky @ arms**2), speed)
+
+
 def torsion_onset(short: bool = False, spoil: Spoil = HONEST) -> Result:
     """Moment that starts a patch spinning against equation 7's τ*.
 
@@ -180,45 +233,30 @@ def torsion_onset(short: bool = False, spoil: Spoil = HONEST) -> Result:
     chosen = ("plate on the whole proximal pad", "ball, r 40 mm") if short else tuple(SPUN)
     for name in chosen:
         link, at, shape, radius = SPUN[name]
-        # Pressed without friction: spinning, none is left to carry load towards the middle.
-        scene = bench(link, *at, [shape], ["press", "twist"], settings_for(), 0.0, spoil)
-        rest = pressed(scene, PRESS)
-        set_friction(scene, FRICTION * spoil.friction)
-        mark, touch = imprint(scene, rest, link), touches(scene, rest)
-        seventh = FRICTION * mark.total * mark.torsion_arm
-        frame = pad_frame(link, *at)
-        arms = np.linalg.norm(((touch.points - frame.position) @ frame.rotation)[:, 1:], axis=1)
-        exact = FRICTION * float(touch.normal @ arms)
-        sticky = stickiness(scene, touch.links)
-        law = 1.0 / float(sticky @ arms**2)
-        yielded = SPIN_FACTOR * FRICTION * float((touch.normal / (sticky * arms)).max())
-
-        def slips(
-            load: float, scene: Scene = scene, rest: mujoco.MjData = rest, fast: float = yielded
-        ) -> bool:
-            return _loaded(scene, rest, load) > fast
-
-        found = threshold(slips, 0.3 * exact, 1.7 * exact)
+        spin = spinning(link, at, shape, spoil)
+        seventh = FRICTION * spin.mark.total * spin.mark.torsion_arm
         flat = np.isinf(radius)
         if flat:
             rows.append(Row(
-                f"{name}: eq. 7, tactile array", "N m", seventh, found, 0.02,
+                f"{name}: eq. 7, tactile array", "N m", seventh, spin.found, 0.02,
                 "the last taxel has yielded 1 % beyond the limit; bisection 0.2 %",
             ))  # fmt: skip
         else:
             rows.append(Row(
-                f"{name}: μ ΣN l, contact points", "N m", exact, found, 0.05,
+                f"{name}: μ ΣN l, contact points", "N m", spin.exact, spin.found, 0.05,
                 "few taxels: a slip of microns shifts load between them",
             ))  # fmt: skip
             rows.append(Row(
-                f"{name}: eq. 7, tactile array", "N m", seventh, found,
+                f"{name}: eq. 7, tactile array", "N m", seventh, spin.found,
                 TAXEL_RADIUS / (radius + TAXEL_RADIUS) + 0.05,
                 "taxel spheres of 13 mm touch a curved test body nearer to the middle: R / (r + R)",
                 judged=False,
             ))  # fmt: skip
         shares = np.array([0.3, 0.6, 0.8, 0.9, 0.97, 1.0, 1.03, 1.06, 1.1, 1.2, 1.5])
-        speeds = np.array([_loaded(scene, rest, x * seventh) for x in shares])
-        curves[name] = (shares, speeds, law * shares * seventh, mark.forces, found / seventh)
+        speeds = np.array([spin.speed(x * seventh) for x in shares])
+        curves[name] = (
+            shares, speeds, spin.law * shares * seventh, spin.mark.forces, spin.found / seventh,
+        )  # fmt: skip
     return Result(tuple(rows), curves)
 
 
@@ -240,21 +278,32 @@ def friction_creep(short: bool = False, spoil: Spoil = HONEST) -> Result:
     for timestep, tolerance, ratio in variants:
         scene, rest = clamp((1.6401, 1.0934), timestep=timestep)
         scene.model.opt.impratio, scene.model.opt.tolerance = ratio, tolerance
-        touch = touches(scene, rest)
-        sticky = float(stickiness(scene, touch.links)[0])
-        plane = touch.points[:, [0, 2]]
-        middle = plane.mean(axis=0)
-        beside = float(rest.xpos[scene.object_body, 2] - rest.xpos[scene.palm, 2] - middle[1])
-        lean = beside**2 / float(((plane - middle) ** 2).sum())
-        law = TEST_BODY_MASS * GRAVITY / sticky * (1.0 / len(plane) + lean)
-        scene.model.opt.impratio = ratio * spoil.impratio
-        data = hung(scene, rest, 0.8, 1.0)
-        before = float(data.qpos[scene.object_qpos])
-        advance(scene, data, 0.5)
-        speed = (float(data.qpos[scene.object_qpos]) - before) / 0.5
-        rows.append(Row(
-            f"dt {1e3 * timestep:g} ms, tolerance {tolerance:g}, impratio {ratio:g}", "µm/s",
-            1e6 * law, 1e6 * speed, 0.01,
+        name = f"dt {1e3 * timestep:g} ms, tolerance {tolerance:g}, impratio {ratio:g}"
+        rows.append(creep_row(
+            name, scene, rest, 0, spoil,
             "the fingers give way sideways by 0.3 °, and 0.1 mm of the patch shifts with it",
         ))  # fmt: skip
     return Result(tuple(rows))
+
+
+def creep_row(
+    name: str, scene: Scene, rest: mujoco.MjData, axis: int, spoil: Spoil, reason: str
+) -> Row:
+    """Creep speed of a clamped box whose weight hangs along an axis of the palm frame, 0 or 1.
+
+    The fingers press along the other of the two.
+    """
+    touch = touches(scene, rest)
+    sticky = float(stickiness(scene, touch.links)[0])
+    plane = touch.points[:, [axis, 2]]
+    middle = plane.mean(axis=0)
+    beside = float(rest.xpos[scene.object_body, 2] - rest.xpos[scene.palm, 2] - middle[1])
+    lean = beside**2 / float(((plane - middle) ** 2).sum())
+    law = TEST_BODY_MASS * GRAVITY / sticky * (1.0 / len(plane) + lean)
+    scene.model.opt.impratio *= spoil.impratio
+    data = hung(scene, rest, 0.8, 1.0, axis)
+    place = scene.object_qpos + axis
+    before = float(data.qpos[place])
+    advance(scene, data, 0.5)
+    speed = (float(data.qpos[place]) - before) / 0.5
+    return Row(name, "µm/s", 1e6 * law, 1e6 * speed, 0.01, reason)

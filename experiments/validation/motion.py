@@ -106,7 +106,7 @@ def _recoil_speed(scene: Scene) -> float:
     """Speed [m/s] of the box if it took e^-2 of the elastic energy of both pads."""
     torque = scene.model.actuator_forcerange[scene.motors[CLAMP_PUSH], 1][0]
     force = torque / float(CLAMP_PLACE.position[2] - PROXIMAL_AXIS)
-    pad = 30 * taxel_stiffness(scene.settings)  # taxels under the box on either side
+    pad = 30 * taxel_stiffness(scene.settings, c.TAXEL_PITCH)  # taxels under the box on either side
     return math.sqrt(2.0 * force**2 / pad * math.exp(-2.0) / TEST_BODY_MASS)
 
 

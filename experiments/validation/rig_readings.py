@@ -10,7 +10,7 @@ import numpy as np
 import graspq as gq
 from sdh_sim.cell import Scene
 from sdh_sim.cell.contacts import taxel_forces
-from sdh_sim.robot import HAND, built_in_hand, hand_kinematics
+from sdh_sim.robot import HAND, hand_kinematics
 
 TICK = 0.01  # [s] between two set points of the motors
 
@@ -46,18 +46,18 @@ def pressed(scene: Scene, force: float) -> mujoco.MjData:
 def squeezed(
     scene: Scene, angles: np.ndarray, pushing: np.ndarray, seconds: float = 1.0
 ) -> mujoco.MjData:
-    """A gripper whose motors ``pushing`` (7,) bool have been driven to their limits.
+    """A gripper whose motors ``pushing`` (n,) bool have been driven to their limits.
 
     Args:
         scene: the rig.
-        angles: motor angles to start from, kept by the other motors (7,) [rad].
-        pushing: motors that close until their torque limit stops them (7,) bool.
+        angles: motor positions to start from, kept by the other motors (n,) [rad or m].
+        pushing: motors that close until their torque limit stops them (n,) bool.
         seconds: time at the limit after a ramp of 0.5 s [s].
     """
     model, data = scene.model, mujoco.MjData(scene.model)
     scene.pose_hand(data, angles)
     limits = model.actuator_forcerange[scene.motors, 1]
-    # Enough to saturate with the pad's yielding and the gap before it (0.05 rad) included.
+    # Enough to saturate with the pad's yielding and the gap before it (0.05 rad or m) included.
     reach = pushing * (1.25 * limits / model.actuator_gainprm[scene.motors, 0] + 0.05)
     for share in np.linspace(0.0, 1.0, 50):
         data.ctrl[scene.motors] = angles + share * reach
@@ -116,9 +116,9 @@ def touches(scene: Scene, data: mujoco.MjData) -> Touch:
 
 
 def torques_of(scene: Scene, data: mujoco.MjData, touch: Touch) -> np.ndarray:
-    """Motor torques that hold the contact forces, Σ Jᵀ f (7,) [N m], at the present posture."""
-    hand = hand_kinematics().at(data.qpos[scene.motor_qpos])
-    torque = np.zeros(7)
+    """Motor torques that hold the contact forces at this posture, Σ Jᵀ f (n,) [N m or N]."""
+    hand = hand_kinematics(scene.hand).at(data.qpos[scene.motor_qpos])
+    torque = np.zeros(len(scene.motors))
     for point, force, link in zip(touch.points, touch.forces, touch.links, strict=True):
         torque += hand.jacobian(str(link), point).T @ force
     return torque
@@ -129,7 +129,7 @@ class Imprint:
     """One pad's tactile array as the metric sees it.
 
     Attributes:
-        forces: rows × 6 [N].
+        forces: rows × columns [N].
         total: their sum [N].
         point, normal: pressure-weighted centre on the pad and the pad's normal there, link
             frame (3,) [m].
@@ -145,7 +145,7 @@ class Imprint:
 
 def imprint(scene: Scene, data: mujoco.MjData, pad: str) -> Imprint:
     """Tactile array of a pad, centre and torsion arm found as for a prediction."""
-    hand = built_in_hand()
+    hand = scene.hand
     index = hand.pad_names.index(pad)
     array = hand.pads[index].array
     flat = taxel_forces(scene, data)[hand.pad_offsets[index] : hand.pad_offsets[index + 1]]

@@ -1,7 +1,8 @@
-"""Rigs for the validation: the real SDH-2 with its real pads, and simple bodies to press on them.
+"""Rigs for the validation: a hand with its real pads, and simple bodies to press on them.
 
-A rig is the project's hand, its taxels made rubber by the same function that serves the trials,
-standing palm up above the table, and one test body of simple shape. A *bench* is the hand with all
+A rig is one of the project's hands (the SDH-2 where none is named), its taxels made rubber by the
+same function that serves the trials, standing palm up above the table, and one test body of simple
+shape. A *bench* is the hand with all
 its joints welded and a test body that slides on the normal of one pad, so that the force on the pad
 is known exactly; a *gripper* is the hand alive. World and palm frame have the same axes.
 """
@@ -19,12 +20,10 @@ from sdh_sim.cell import Scene
 from sdh_sim.cell.scene_builder import geom_fingers, geom_groups, set_contacts, taxel_index
 from sdh_sim.model_files import models_dir
 from sdh_sim.objects import OBJECT, object_info
-from sdh_sim.robot import HAND, built_in_hand, hand_kinematics
-from sdh_sim.robot import sdh2_constants as c
+from sdh_sim.robot import HAND, Hand, built_in_hand, hand_kinematics, hand_spec
 from sdh_sim.settings import PAPER_TORQUE_LIMIT, TrialSettings
 
 HAND_PLACE = np.array([0.45, 0.0, 0.4])  # of the hand's mount in the world [m]
-PALM = HAND_PLACE + np.array([0.0, 0.0, c.MOUNT_HEIGHT])
 GRAVITY = 9.81
 TEST_BODY_MASS = 0.5  # [kg]; near that of the paper's objects
 TAXEL_RADIUS = 0.0132  # [m] of the taxels' spheres in the middle columns of a proximal pad
@@ -83,29 +82,29 @@ class Frame:
     position: np.ndarray
     rotation: np.ndarray
 
-    def world(self) -> np.ndarray:
-        """The position in the world (3,) [m]."""
-        return PALM + self.position
 
-
-def pad_frame(body: str, row: float, column: float, angles: np.ndarray | None = None) -> Frame:
-    """Frame on a pad: x out of it, y across the finger, at motor angles (7,) [rad] (default 0)."""
-    hand = hand_kinematics().at(np.zeros(7) if angles is None else angles)
-    position, rotation = hand.link(body)
-    point, normal = c.pad_surface(body.rsplit("_", 1)[1], row, column)
+def pad_frame(
+    pad: str, row: float, column: float, angles: np.ndarray | None = None, hand: Hand | None = None
+) -> Frame:
+    """Frame on a pad: x out of it, y across the finger, at motor positions (n,) (default 0)."""
+    hand = hand or built_in_hand()
+    found = hand.pads[hand.pad_names.index(pad)]
+    at = np.zeros(len(hand.motors)) if angles is None else angles
+    position, rotation = hand_kinematics(hand).at(at).link(found.body)
+    point, normal = found.array.surface(row, column)
     across = np.array([0.0, 1.0, 0.0])
     axes = np.column_stack([normal, across, np.cross(normal, across)])
     return Frame(position + rotation @ point, rotation @ axes)
 
 
 def bench(
-    body: str, row: float, column: float, shapes: Sequence[Shape], joints: Sequence[str],
-    settings: TrialSettings, friction: float, spoil: Spoil = HONEST,
+    pad: str, row: float, column: float, shapes: Sequence[Shape], joints: Sequence[str],
+    settings: TrialSettings, friction: float, spoil: Spoil = HONEST, hand: Hand | None = None,
 ) -> Scene:  # fmt: skip
     """The hand welded, a test body that moves in the frame of a pad at (row, column).
 
     Args:
-        body: link that carries the pad, such as ``finger1_proximal``.
+        pad: such as ``finger1_proximal``.
         row, column: where on the pad the test body's frame lies (x out of the pad, y across).
         shapes: of the test body; it should touch the pad at the origin of its frame.
         joints: ``press`` slides along x, ``pull`` along y, ``draw`` along z, ``twist`` turns
@@ -113,19 +112,21 @@ def bench(
         settings: rubber and time step.
         friction: between pads and test body.
         spoil: falsification, for tests.
+        hand: None is the SDH-2.
 
-    Of the hand, only that link can touch the test body.
+    Of the hand, only the link that carries the pad can touch the test body.
     """
-    spec = _hand_spec(settings)
+    hand = hand or built_in_hand()
+    spec = _hand_spec(settings, hand)
     for item in [*spec.actuators, *spec.equalities, *spec.joints]:
         spec.delete(item)
-    test_body = _test_body(spec, pad_frame(body, row, column), shapes)
+    test_body = _test_body(spec, hand, pad_frame(pad, row, column, hand=hand), shapes)
     axes = {"press": (1, 0, 0), "pull": (0, 1, 0), "draw": (0, 0, 1), "twist": (1, 0, 0)}
     for name in joints:
         kind = mujoco.mjtJoint.mjJNT_HINGE if name == "twist" else mujoco.mjtJoint.mjJNT_SLIDE
         test_body.add_joint(name=name, type=kind, axis=axes[name])
-    scene = _scene(spec, settings, friction, spoil)
-    link = scene.model.body(HAND + body).id
+    scene = _scene(spec, settings, friction, spoil, hand)
+    link = scene.model.body(HAND + hand.pads[hand.pad_names.index(pad)].body).id
     idle = (scene.model.geom_bodyid != link) & (scene.model.geom_bodyid != scene.object_body)
     scene.model.geom_contype[idle] = scene.model.geom_conaffinity[idle] = 0
     return scene
@@ -134,17 +135,21 @@ def bench(
 def gripper(
     place: Frame, shapes: Sequence[Shape], free: bool, settings: TrialSettings, friction: float,
     spoil: Spoil = HONEST, inertia: Sequence[float] = (1e-3, 1e-3, 1e-3),
+    hand: Hand | None = None, limit: Sequence[float] | None = None,
 ) -> Scene:  # fmt: skip
-    """The live hand and a test body, fixed in the world or free, at a place in the palm frame."""
-    spec = _hand_spec(settings)
-    hand = built_in_hand()
-    limits = hand.torque_limits(settings.torque_limit)
-    for name, limit in zip(hand.motor_names, limits, strict=True):
-        spec.actuator(HAND + name).forcerange = [-limit * spoil.torque, limit * spoil.torque]
-    test_body = _test_body(spec, place, shapes, inertia)
+    """The live hand and a test body, fixed in the world or free, at a place in the palm frame.
+
+    ``limit`` is that of the hand's groups of motors; None takes the one of the settings.
+    """
+    hand = hand or built_in_hand()
+    spec = _hand_spec(settings, hand)
+    limits = hand.torque_limits(settings.torque_limit if limit is None else limit)
+    for name, most in zip(hand.motor_names, spoil.torque * limits, strict=True):
+        spec.actuator(HAND + name).forcerange = [-most, most]
+    test_body = _test_body(spec, hand, place, shapes, inertia)
     if free:
         test_body.add_freejoint(name="free")
-    return _scene(spec, settings, friction, spoil)
+    return _scene(spec, settings, friction, spoil, hand)
 
 
 timestep_in_use: ContextVar[float] = ContextVar("timestep_in_use", default=0.002)
@@ -162,11 +167,10 @@ def settings_for(
     )  # fmt: skip
 
 
-def _hand_spec(settings: TrialSettings) -> mujoco.MjSpec:
+def _hand_spec(settings: TrialSettings, hand: Hand) -> mujoco.MjSpec:
     """Table and hand; the options are those of the workcell."""
     spec = mujoco.MjSpec.from_file(str(models_dir() / "cell" / "cell.xml"))
-    hand = mujoco.MjSpec.from_file(str(models_dir() / "schunk_sdh2" / "sdh2.xml"))
-    spec.attach(hand, prefix=HAND, frame=spec.worldbody.add_frame(pos=HAND_PLACE))
+    spec.attach(hand_spec(hand), prefix=HAND, frame=spec.worldbody.add_frame(pos=HAND_PLACE))
     for body in spec.bodies:
         if body.name.startswith(HAND):
             body.gravcomp = 1.0
@@ -176,12 +180,13 @@ def _hand_spec(settings: TrialSettings) -> mujoco.MjSpec:
 
 
 def _test_body(
-    spec: mujoco.MjSpec, place: Frame, shapes: Sequence[Shape],
+    spec: mujoco.MjSpec, hand: Hand, place: Frame, shapes: Sequence[Shape],
     inertia: Sequence[float] = (1e-3, 1e-3, 1e-3),
 ) -> mujoco.MjsBody:  # fmt: skip
     quat = np.empty(4)
     mujoco.mju_mat2Quat(quat, place.rotation.ravel())
-    body = spec.worldbody.add_body(name=f"{OBJECT}object", pos=place.world(), quat=quat)
+    palm = HAND_PLACE + hand_kinematics(hand).palm_offset()[0]
+    body = spec.worldbody.add_body(name=f"{OBJECT}object", pos=palm + place.position, quat=quat)
     body.explicitinertial = True
     body.mass, body.inertia, body.ipos = TEST_BODY_MASS, inertia, (0.0, 0.0, 0.0)
     kinds = {
@@ -201,13 +206,16 @@ def _test_body(
     return body
 
 
-def _scene(spec: mujoco.MjSpec, settings: TrialSettings, friction: float, spoil: Spoil) -> Scene:
+def _scene(
+    spec: mujoco.MjSpec, settings: TrialSettings, friction: float, spoil: Spoil, hand: Hand
+) -> Scene:
     """Compile, and give the pads their rubber by the scene's own function."""
     model = spec.compile()
     joints = {model.joint(k).name for k in range(model.njnt)}
-    hand = built_in_hand()
-    alive = [HAND + name for name in hand.motor_names if HAND + name in joints]
     alone = hand_kinematics(hand).model
+    names = {model.actuator(k).name for k in range(model.nu)}  # of a welded hand: none
+    motors = [model.actuator(HAND + n) for n in hand.motor_names if HAND + n in names]
+    driven = [model.joint(int(motor.trnid[0])) for motor in motors]
     of_hand = [HAND + alone.joint(k).name for k in range(alone.njnt)]
     test_body = model.body(f"{OBJECT}object").id
     moves = model.body_jntnum[test_body] > 0
@@ -216,13 +224,13 @@ def _scene(spec: mujoco.MjSpec, settings: TrialSettings, friction: float, spoil:
     scene = Scene(
         model=model,
         settings=settings,
-        motors=np.array([model.actuator(name).id for name in alive], dtype=np.int64),
-        motor_qpos=np.array([model.joint(n).qposadr[0] for n in alive], dtype=np.int64),
-        motor_dof=np.array([model.joint(n).dofadr[0] for n in alive], dtype=np.int64),
+        motors=np.array([motor.id for motor in motors], dtype=np.int64),
+        motor_qpos=np.array([joint.qposadr[0] for joint in driven], dtype=np.int64),
+        motor_dof=np.array([joint.dofadr[0] for joint in driven], dtype=np.int64),
         hand=hand,
         hand_qpos=np.array([model.joint(n).qposadr[0] for n in of_hand if n in joints], np.int64),
         arm_motors=none, arm_qpos=none, arm_dof=none, arm_speed_limit=none,
-        palm=model.body(f"{HAND}palm").id,
+        palm=model.body(HAND + hand.palm).id,
         object_body=test_body,
         obj=object_info(settings.object),
         object_qpos=int(first.qposadr[0]) if first is not None else -1,

@@ -49,8 +49,9 @@ def closing_arc(scene: Scene, data: mujoco.MjData, plan: GraspPlan, opening: flo
     ratio = np.full(fingers, opening)
     stopped, sideways = np.zeros((2, fingers), dtype=bool)
     axis = plan.palm_rotation[:, 2]
-    while not stopped.all() and ratio[~stopped].max() < 1.0:
-        ratio[~stopped] = np.minimum(ratio[~stopped] + STEP, 1.0)
+    moving = ~stopped
+    while moving.any() and ratio[moving].max() < 1.0:
+        ratio[moving] = np.minimum(ratio[moving] + STEP, 1.0)
         scene.pose_hand(data, plan.closing.angles(ratio))
         mujoco.mj_kinematics(scene.model, data)
         mujoco.mj_collision(scene.model, data)
@@ -60,4 +61,7 @@ def closing_arc(scene: Scene, data: mujoco.MjData, plan: GraspPlan, opening: flo
             if contact.finger >= 0:
                 stopped[contact.finger] = True
                 sideways[contact.finger] |= abs(contact.normal @ axis) < MOST_AXIAL
+        # Fingers on one motor go on together, and the first that meets the object takes it along,
+        # until the last one does.
+        moving = (scene.hand.joined_fingers & ~stopped).any(axis=1)
     return ClosingArc("", stopped, sideways)

@@ -45,6 +45,7 @@ class FingerControl:
         self._stops = np.zeros((fingers, motors), dtype=bool)
         for index, finger in enumerate(hand.fingers):
             self._stops[index, list(finger.stops)] = True
+        self._shared = self._stops.sum(axis=0) > 1
         self.ratio = np.full(fingers, float(ratio))
         self.stalled = np.zeros(fingers, dtype=bool)
         self.reference = closing.angles(self.ratio)
@@ -100,8 +101,12 @@ class FingerControl:
     def squeeze(self, angles: np.ndarray, dt: float) -> np.ndarray:
         """One tick of squeezing: move the references beyond where the object holds the fingers.
 
+        A motor of several fingers goes on for as long as the first of them moves the object: only
+        when the last one meets it, the object holds the motor.
+
         Args:
-            angles: motor angles now (n,) [rad or m]; the squeeze starts at those of the first call.
+            angles: motor angles now (n,) [rad or m]; the squeeze starts at those of the first call,
+                that of a motor of several fingers at those of every call.
             dt: length of the tick [s].
 
         Returns:
@@ -109,6 +114,7 @@ class FingerControl:
         """
         if self._grip is None:
             self._grip = np.where(self._push > 0.0, angles, self.reference)
+        self._grip[self._shared] = angles[self._shared]
         self._squeezed = min(1.0, self._squeezed + dt / SQUEEZE_TIME)
         self.reference = self._grip + self._squeezed * self._push
         return self.reference

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
+from sdh_sim.modelgen.toml_text import toml_array, toml_table, toml_value
 from sdh_sim.robot import sdh2_constants as c
 
 HEADER = """# Schunk SDH-2: what the model sdh2.xml does not say. Written by
@@ -13,32 +12,16 @@ HEADER = """# Schunk SDH-2: what the model sdh2.xml does not say. Written by
 """
 
 
-def _list(values: Iterable[object]) -> str:
-    return "[" + ", ".join(_value(v) for v in values) + "]"
-
-
-def _value(value: object) -> str:
-    if isinstance(value, str):
-        return f'"{value}"'
-    if isinstance(value, (list, tuple)):
-        return _list(value)
-    if isinstance(value, float):
-        return repr(round(value, 17) + 0.0)
-    return str(value)
-
-
-def _table(name: str, values: dict[str, object]) -> list[str]:
-    return ["", f"[{name}]", *(f"{key} = {_value(value)}" for key, value in values.items())]
-
-
 def hand_toml() -> str:
     """The content of the file."""
     top = {"name": "schunk_sdh2", "model": "sdh2.xml", "palm": "palm"}
-    lines = [HEADER + "\n".join(f"{key} = {_value(value)}" for key, value in top.items())]
-    lines.append(f"groups = {_list(c.TORQUE_GROUPS)}  # of motors, in the order of --torque-limit")
+    lines = [HEADER + "\n".join(f"{key} = {toml_value(value)}" for key, value in top.items())]
+    lines.append(
+        f"groups = {toml_value(c.TORQUE_GROUPS)}  # of motors, in the order of --torque-limit"
+    )
     for m in c.MOTORS:
         spread = m.kind == "spread"
-        lines += _table(
+        lines += toml_table(
             f"motors.{m.name}",
             {
                 "group": "distal" if m.kind == "distal" else "proximal",
@@ -50,7 +33,7 @@ def hand_toml() -> str:
             },
         )
     for f in c.FINGERS:
-        lines += _table(
+        lines += toml_table(
             f"fingers.{f.name}",
             {
                 "bodies": [f"{f.name}_knuckle"],
@@ -63,22 +46,17 @@ def hand_toml() -> str:
     for kind, profile in c.PAD_PROFILE.items():
         rows, columns = range(len(profile)), range(c.TAXEL_COLUMNS)
         missing = [[r, k] for r in rows for k in columns if not c.taxel_is_live(kind, r, k)]
-        lines += _table(f"arrays.{kind}", {"columns": c.TAXEL_COLUMNS, "pitch": c.TAXEL_PITCH})
-        lines.append("profile = [  # per row from the tip down: x mm, z mm, tilt deg")
-        lines += [f"    {_list(map(float, row))}," for row in profile]
-        lines.append("]")
-        if missing:
-            lines.append(f"missing = {_list(missing)}")
+        lines += toml_array(kind, c.TAXEL_COLUMNS, c.TAXEL_PITCH, profile, missing)
     for finger, kind in c.PADS:
         pad = f"{finger}_{kind}"
-        lines += _table(f"pads.{pad}", {"body": pad, "array": kind})
+        lines += toml_table(f"pads.{pad}", {"body": pad, "array": kind})
     for name, shape in c.PRESHAPES.items():
         kinds = {"spread": (shape.spread, 0.0), "proximal": shape.proximal, "distal": shape.distal}
         ends = [kinds[m.kind] for m in c.MOTORS]
         reach: dict[str, object] = {"centre": c.CLOSING_CENTRE[name], "depth": c.GRASP_DEPTH[name]}
         if name in c.PRECISION_PRESHAPES:
             reach["precision_depth"] = c.PRECISION_DEPTH
-        lines += _table(
+        lines += toml_table(
             f"closings.{name}",
             {
                 "open": [float(start) for start, _ in ends],

@@ -38,7 +38,9 @@ class Closing:
         Args:
             ratio: 0 open to 1 closed; a sequence gives it per finger.
         """
-        ratios = np.broadcast_to(ratio, self.fingers.max() + 1)[self.fingers]
+        ratios = np.asarray(ratio, dtype=float)
+        if ratios.ndim:
+            ratios = ratios[self.fingers]
         return np.clip(self.open + self.travel * ratios, *self.ranges.T)
 
     @property

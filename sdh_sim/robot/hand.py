@@ -33,10 +33,22 @@ def built_in_hand(name: str = DEFAULT_HAND) -> Hand:
 
 
 def _spans(model: Path) -> dict[str, tuple[float, float]]:
-    """Ranges of the actuators of a model that have one, by name [rad or m]."""
+    """Ranges of the actuators of a model that have one, by name [rad or m].
+
+    A servo's reference may go further than the joint, so that it pushes at the end of its way too.
+    """
     spec = mujoco.MjSpec.from_file(str(model))
-    ranges = {actuator.name: actuator.ctrlrange for actuator in spec.actuators}
-    return {name: (float(a), float(b)) for name, (a, b) in ranges.items() if a < b}
+    spans = {}
+    for actuator in spec.actuators:
+        low, high = actuator.ctrlrange
+        joint = spec.joint(actuator.target)
+        if actuator.trntype == mujoco.mjtTrn.mjTRN_JOINT and joint is not None:
+            ends = np.sort(joint.range * actuator.gear[0])
+            if ends[0] < ends[1]:
+                low, high = max(low, ends[0]), min(high, ends[1])
+        if low < high:
+            spans[actuator.name] = (float(low), float(high))
+    return spans
 
 
 def preshape_closing(name: str) -> Closing:

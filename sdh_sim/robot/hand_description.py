@@ -250,6 +250,13 @@ class Hand:
         return Closing("", ends[0], travel, rate, squeezes, self.motor_fingers, ranges)
 
     @cached_property
+    def joined_fingers(self) -> np.ndarray:
+        """Which fingers a common motor stops, each with itself (fingers, fingers) bool."""
+        stops = [set(finger.stops) for finger in self.fingers]
+        joined = np.array([[not a.isdisjoint(b) for b in stops] for a in stops])
+        return joined | np.eye(len(stops), dtype=bool)
+
+    @cached_property
     def motor_fingers(self) -> np.ndarray:
         """Index of the finger whose closing ratio each motor follows (n,)."""
         return np.array([motor.finger for motor in self.motors])

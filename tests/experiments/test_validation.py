@@ -30,6 +30,10 @@ WRONG = {
     "numerics": Spoil(stiffness=0.02),
     "carry": Spoil(implicit=True),
     "sensor_creep": Spoil(creep=1.2),
+    "jaw_force": Spoil(torque=1.01),
+    "jaw_torsion": Spoil(friction=1.1),
+    "jaw_creep": Spoil(impratio=1.1),
+    "jaw_step": Spoil(torque=1.01),
 }
 
 
