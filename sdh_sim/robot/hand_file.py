@@ -67,7 +67,7 @@ class Reader:
         value = self.get(key, (int, float), "a number", default)
         if value is not default and not low <= value <= high:
             raise self.error(key, f"is {_show(value)}; allowed is {low:g} to {high:g}")
-        return value if value is None else float(value)
+        return float(value)
 
     def whole(self, key: str, low: int, high: int, default: Any = ...) -> int:
         """A whole number within bounds."""

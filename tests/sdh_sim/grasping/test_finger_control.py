@@ -108,7 +108,7 @@ def test_weak_motors_are_not_stopped_by_what_moving_takes(limit, stall):
     # of its motor, and three times that is 0.1288.
     def stopped(torque: float) -> bool:
         fingers = FingerControl(
-            preshape_closing("parallel"), 0.2, np.full(7, limit), STIFFNESS, DAMPING
+            SDH2, preshape_closing("parallel"), 0.2, np.full(7, limit), STIFFNESS, DAMPING
         )
         torques = np.zeros(7)
         torques[T_DISTAL] = torque

@@ -77,8 +77,7 @@ def grasp(pinch) -> TactileSnapshot:
     proximal[:2, 8:14, 1:5] = 20.0
     proximal[THUMB, 6:12, 1:5] = 10.0
     return replace(
-        pinch,
-        proximal=proximal,
+        sdh2.with_arrays(pinch, proximal=proximal),
         joint_angles=np.array([0.2, -0.1, 0.1, 0, 0, -0.1, 0.1]),
         object_pose_hand=np.array([0, 0, 0.13, 1.0, 0, 0, 0]),
     )
