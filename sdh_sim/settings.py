@@ -11,6 +11,7 @@ from typing import Any
 from sdh_sim.errors import SettingsError
 from sdh_sim.setting_table import check, setting
 from sdh_sim.user_references import (
+    NAME,
     GraspSet,
     ObjectFolder,
     UserMetric,
@@ -27,7 +28,8 @@ PAPER_TORQUE_LIMIT = (
 )
 GRAVITY_DIRECTIONS = ("-z", "+z", "-x", "+x", "-y", "+y")
 RANDOM_GRASPS, FROM_FILE = ("any", "precision"), "file"  # where grasps come from
-LARGEST_TORQUE = 100.0  # [N m] that a motor may have
+LARGEST_TORQUE = 1000.0  # that a motor may have [N m or N]
+DEFAULT_HAND = "schunk_sdh2"
 
 
 @dataclass(frozen=True)
@@ -44,12 +46,20 @@ class TrialSettings:
     object: str = field(
         metadata=setting("Name of the object.", allowed="see `sdh-sim objects`", option=False)
     )
-    torque_limit: tuple[float, float] = field(
-        default=PAPER_TORQUE_LIMIT,
+    hand: str = field(
+        default=DEFAULT_HAND,
+        metadata=setting("Name of the hand.", allowed="see `sdh-sim hand`", placeholder="HAND"),
+    )
+    torque_limit: tuple[float, ...] = field(
+        default=(),
         metadata=setting(
-            "Motor torque limits: spread and proximal joints, distal joints.",
-            unit="N m",
-            allowed=f"two, each above 0 and at most {LARGEST_TORQUE:g}",
+            "Motor limits of each group of the hand's motors (SDH-2: spread and proximal joints, "
+            "distal joints).",
+            unit="N m or N",
+            allowed=f"each above 0 and at most {LARGEST_TORQUE:g}",
+            shown=f"{' '.join(map(str, PAPER_TORQUE_LIMIT))} on the SDH-2, as the paper; rated "
+            "ones on others",
+            placeholder="LIMIT ...",
         ),
     )
     sensor: str = field(
@@ -61,8 +71,9 @@ class TrialSettings:
     pads: str = field(
         default="all",
         metadata=setting(
-            "Pads whose readings the prediction uses: all six or the distal three.",
-            choices=("all", "distal"),
+            "Pads whose readings the prediction uses: all, or those with one kind of array (SDH-2: "
+            "proximal, distal).",
+            allowed="all, or a kind of the hand's arrays",
         ),
     )
     timestep: float = field(
@@ -201,15 +212,20 @@ class TrialSettings:
         try:
             limit = tuple(float(t) for t in self.torque_limit)
         except (TypeError, ValueError):
-            limit = ()
-        if len(limit) != 2 or not all(
-            math.isfinite(t) and 0.0 < t <= LARGEST_TORQUE for t in limit
-        ):
+            limit = (math.nan,)
+        sdh2 = self.hand == DEFAULT_HAND
+        if sdh2 and not limit:
+            limit = PAPER_TORQUE_LIMIT
+        fits = all(math.isfinite(t) and 0.0 < t <= LARGEST_TORQUE for t in limit)
+        if not fits or (sdh2 and len(limit) != 2):
             raise SettingsError(
                 f"torque_limit: got {self.torque_limit!r}; give two torques in N m, each above 0 "
                 f"and at most {LARGEST_TORQUE:g}, for the proximal and the distal joints "
-                f"(the paper's: {PAPER_TORQUE_LIMIT[0]} {PAPER_TORQUE_LIMIT[1]})"
+                f"(the paper's: {PAPER_TORQUE_LIMIT[0]} {PAPER_TORQUE_LIMIT[1]}); for other hands "
+                "one for each group of motors"
             )
+        if not isinstance(self.hand, str) or not NAME.fullmatch(self.hand):
+            raise SettingsError(f"hand: got {self.hand!r:.80}; give the name of a hand")
         object.__setattr__(self, "torque_limit", limit)
         check(self)
         if self.folder is not None and not isinstance(self.folder, ObjectFolder):

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from sdh_sim.errors import SettingsError
-from sdh_sim.records import NO_TRUTH, added_columns, read_rows, read_table, write_rows
-from sdh_sim.runs import RunFolder
+from sdh_sim.records import NO_TRUTH, read_rows, read_table, write_rows
+from sdh_sim.runs import RunFolder, columns_of_run
 
 # Grasps of each kind in section IV-B, half stable and half not: 584 in all.
 PAPER_SHARES = {"box": 67, "oval_bottle": 85, "spray_bottle": 71, "cylindrical_bottle": 69}
@@ -110,7 +110,7 @@ def fill_shares(
             break
         on_round(found, needed)
         trials, resume = needed, True
-    added = added_columns(folder.read_plan().settings.metrics)
+    added = columns_of_run(folder.read_plan().settings)
     write_rows(mark_surplus(read_rows(folder.table)), folder.table, added)
     return found
 

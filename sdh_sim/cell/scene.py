@@ -65,6 +65,11 @@ class Scene:
     geom_finger: np.ndarray
 
     @property
+    def torque_limit(self) -> tuple[float, ...]:
+        """Limits of the groups of motors [N m or N]: the settings', or the rated ones."""
+        return self.settings.torque_limit or self.hand.rated_limits
+
+    @property
     def palm_motion(self) -> PalmMotion:
         """Motion of what carries the hand."""
         return palm_motion_of(self.settings.arm, self.hand)

@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from sdh_sim.cell.scene import ARM_GEOM, HAND_GEOM, OBJECT_GEOM, TABLE_GEOM, Scene
+from sdh_sim.errors import SettingsError
 from sdh_sim.objects import HARD_SOLREF, OBJECT, ObjectInfo, object_info, object_spec
 from sdh_sim.robot import (
     ARM,
@@ -49,14 +50,19 @@ def build_scene(settings: TrialSettings) -> Scene:
     Raises:
         SettingsError: no such object.
     """
-    hand = built_in_hand()
+    hand = built_in_hand(settings.hand)
+    if settings.pads not in ("all", *hand.arrays):
+        raise SettingsError(
+            f"pads: got {settings.pads!r:.80}; the hand {hand.name} has "
+            f"{', '.join(('all', *hand.arrays))}"
+        )
     spec = robot_spec(settings.arm, hand)
     obj = object_info(settings.object, settings.folder)
     shape = object_spec(settings.object, settings.folder)
     spec.attach(shape, prefix=OBJECT, frame=spec.worldbody.add_frame())
     spec.body(f"{OBJECT}object").add_freejoint(name="free")
     spec.option.timestep = settings.timestep
-    limits = hand.torque_limits(settings.torque_limit)
+    limits = hand.torque_limits(settings.torque_limit or hand.rated_limits)
     for name, limit in zip(hand.motor_names, limits, strict=True):
         spec.actuator(HAND + name).forcerange = [-limit, limit]
     if settings.arm == "rigid":

@@ -47,7 +47,7 @@ class Simulation:
         self.steps = max(1, round(TICK / scene.settings.timestep))
         self.tick_time = self.steps * scene.settings.timestep
         self.peak = np.zeros(len(scene.motors))
-        self.limits = scene.hand.torque_limits(scene.settings.torque_limit)
+        self.limits = scene.hand.torque_limits(scene.torque_limit)
         self.phase = ""
 
     @property

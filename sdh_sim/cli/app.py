@@ -5,6 +5,7 @@ What needs MuJoCo, rerun or a table is imported by the command that uses it: hel
 
 from __future__ import annotations
 
+import itertools
 import os
 import sys
 from pathlib import Path
@@ -199,6 +200,7 @@ def main(arguments: list[str] | None = None) -> int:
         own failure.
     """
     limit_threads()
+    arguments = one_by_one(sys.argv[1:] if arguments is None else arguments, "--torque-limit")
     try:
         status = app(args=arguments, prog_name="sdh-sim", standalone_mode=False)
         sys.stdout.flush()
@@ -210,6 +212,29 @@ def main(arguments: list[str] | None = None) -> int:
         return _say("interrupted", 130)
     except Exception as error:
         return _explain(error)
+
+
+def one_by_one(arguments: list[str], option: str) -> list[str]:
+    """The arguments with an option that takes several numbers given again for each of them."""
+    found: list[str] = []
+    taking = False
+    for before, word in itertools.pairwise(["", *arguments]):
+        if word == option:
+            taking = True
+        elif not (taking and _is_number(word)):
+            taking = False
+        elif before != option:
+            found.append(option)
+        found.append(word)
+    return found
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
 
 
 def _explain(error: Exception) -> int:

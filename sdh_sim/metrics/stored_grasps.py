@@ -17,14 +17,13 @@ import pyarrow as pa
 from sdh_sim import records
 from sdh_sim.objects import ObjectInfo, object_info
 from sdh_sim.records import columns_of
-from sdh_sim.robot import Hand, HandKinematics, hand_kinematics
+from sdh_sim.robot import Hand, HandKinematics, built_in_hand, hand_kinematics
 from sdh_sim.sensing import PerceivedGrasp, TactileSnapshot, perceive
+from sdh_sim.settings import DEFAULT_HAND
 from sdh_sim.user_references import ObjectFolder
 
-_SNAPSHOT = (
-    *("tactile_proximal", "tactile_distal", "joint_angles_rad", "motor_torque_nm"),
-    *("object_pose_hand", "hand_pose_world"),
-)
+_SNAPSHOT = ("joint_angles_rad", "motor_torque_nm", "object_pose_hand", "hand_pose_world")
+_SDH2_ARRAYS = ("tactile_proximal", "tactile_distal")
 _TRIAL = ("trial", "object", "seed", "success", "failure", "torque_limit_nm")
 
 
@@ -43,16 +42,18 @@ def read_stored(paths: Sequence[Path]) -> tuple[pa.Table, list[dict[str, Any]]]:
     Raises:
         RecordError: a table lacks what a snapshot consists of.
     """
-    shared = columns_of(paths, records.SCHEMA.names)
-    names = dict.fromkeys((*_TRIAL, *_SNAPSHOT, *shared))
-    table = pa.concat_tables([records.read_table(path, list(names)) for path in paths])
+    of_hand = records.hand_columns_of(paths)
+    shared = columns_of(paths, (*records.SCHEMA.names, *of_hand))
+    arrays = () if of_hand else _SDH2_ARRAYS
+    names = list(dict.fromkeys((*_TRIAL, *_SNAPSHOT, *arrays, *shared)))
+    table = pa.concat_tables([records.read_table(path, names) for path in paths])
     columns = {}
-    for column in (c for c in records.COLUMNS if c.name in names):
-        values = table.column(column.name).to_pylist()
-        if column.shape:
-            stacked = records.stack(table, column.name)
+    for name in names:
+        values = table.column(name).to_pylist()
+        if records.column_named(name).shape:
+            stacked = records.stack(table, name)
             values = [None if v is None else a for v, a in zip(values, stacked, strict=True)]
-        columns[column.name] = values
+        columns[name] = values
     return table, [
         dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
     ]
@@ -70,12 +71,14 @@ def snapshot_of(row: Mapping[str, Any]) -> TactileSnapshot | None:
     Returns:
         None where the trial ended before its snapshot.
     """
-    if any(row.get(name) is None for name in _SNAPSHOT):
+    arrays = [records.TACTILE + kind for kind in hand_of(row).arrays]
+    if any(row.get(name) is None for name in (*_SNAPSHOT, *arrays)):
         return None
     pose = row.get("perceived_pose_hand")
     return TactileSnapshot(
         tactile={
-            kind: np.asarray(row[f"tactile_{kind}"], dtype=float) for kind in ("proximal", "distal")
+            kind: np.asarray(row[records.TACTILE + kind], dtype=float)
+            for kind in hand_of(row).arrays
         },
         joint_angles=np.asarray(row["joint_angles_rad"], dtype=float),
         motor_torques=np.asarray(row["motor_torque_nm"], dtype=float),
@@ -126,9 +129,14 @@ def grasp_of(
     snapshot = snapshot_of(row)
     if snapshot is None:
         return None
-    kinematics = kinematics or hand_kinematics()
+    kinematics = kinematics or hand_kinematics(hand_of(row))
     limits = group_limits(kinematics.hand, row["torque_limit_nm"])
     return perceive(snapshot, object_of(row, folders), limits, pads, kinematics)
+
+
+def hand_of(row: Mapping[str, Any]) -> Hand:
+    """The hand of a row; raises SettingsError where there is no such hand any more."""
+    return built_in_hand(row.get(records.HAND_NAME) or DEFAULT_HAND)
 
 
 def group_limits(hand: Hand, of_motors: Sequence[float]) -> tuple[float, ...]:

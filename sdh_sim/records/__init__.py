@@ -2,10 +2,12 @@
 
 from sdh_sim.errors import RecordError, one_line
 from sdh_sim.records.column import Column
+from sdh_sim.records.hand_columns import HAND_NAME, TACTILE, HandShape, hand_columns
 from sdh_sim.records.parquet_files import (
     ROW_GROUP,
     columns_of,
     columns_there,
+    hand_columns_of,
     read_rows,
     read_table,
     readable,
@@ -21,7 +23,7 @@ from sdh_sim.records.rows import (
     to_rows,
     to_table,
 )
-from sdh_sim.records.schema import FORMAT, SCHEMA, column_named, columns_in, schema_of
+from sdh_sim.records.schema import FORMAT, SCHEMA, all_columns, column_named, columns_in, schema_of
 from sdh_sim.records.trial_row import COLUMNS, FAILURES, NO_TRUTH, TACTILE_UNIT, TrialRow
 from sdh_sim.records.user_columns import (
     METRIC,
@@ -38,23 +40,29 @@ __all__ = [
     "COLUMNS",
     "FAILURES",
     "FORMAT",
+    "HAND_NAME",
     "METRIC",
     "METRIC_ERROR",
     "NO_TRUTH",
     "ROW_GROUP",
     "SCHEMA",
+    "TACTILE",
     "TACTILE_UNIT",
     "Column",
+    "HandShape",
     "RecordError",
     "TrialRow",
     "added_column",
     "added_columns",
     "added_in",
+    "all_columns",
     "column_named",
     "columns_in",
     "columns_of",
     "columns_there",
     "differing_columns",
+    "hand_columns",
+    "hand_columns_of",
     "is_added",
     "is_metric",
     "normalise",

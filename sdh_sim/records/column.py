@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pyarrow as pa
 
@@ -19,6 +19,7 @@ class Column:
         shape: () for a scalar, otherwise the shape of the array in each row.
         required: a row without it is refused; other columns may be null.
         threshold: of a user's metric: success is predicted above it.
+        per_hand: the lengths of the shape are those of the hand.
     """
 
     name: str
@@ -28,6 +29,11 @@ class Column:
     shape: tuple[int, ...] = ()
     required: bool = False
     threshold: float | None = None
+    per_hand: bool = False
+
+    def with_shape(self, shape: tuple[int, ...]) -> Column:
+        """The column with another shape."""
+        return replace(self, shape=shape)
 
     @property
     def arrow_type(self) -> pa.DataType:

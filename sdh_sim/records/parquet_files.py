@@ -13,6 +13,7 @@ import pyarrow.parquet as pq
 from sdh_sim.atomic_files import atomic_file
 from sdh_sim.errors import RecordError, one_line
 from sdh_sim.records.column import Column
+from sdh_sim.records.hand_columns import as_in, is_hand_column
 from sdh_sim.records.rows import to_rows, to_table
 from sdh_sim.records.schema import column_named, columns_in, schema_of
 from sdh_sim.records.trial_row import TrialRow
@@ -86,7 +87,7 @@ def read_table(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
             wanted = columns_in(schema)
             there = columns_there(path, schema, wanted)
         else:
-            wanted = there = tuple(column_named(name) for name in columns)
+            wanted = there = tuple(as_in(schema, column_named(name)) for name in columns)
             for column in wanted:
                 check_field(path, schema, column)
         table = file.read(columns=[column.name for column in there])
@@ -149,6 +150,12 @@ def columns_of(paths: Sequence[Path], wanted: Sequence[str]) -> tuple[str, ...]:
     """Those of the wanted columns that every one of the tables has."""
     found = [_column_names(path) for path in paths]
     return tuple(name for name in wanted if all(name in names for names in found))
+
+
+def hand_columns_of(paths: Sequence[Path]) -> tuple[str, ...]:
+    """Columns of other hands than the SDH-2 that every one of the tables has."""
+    first = _column_names(paths[0]) if paths else set()
+    return columns_of(paths, sorted(name for name in first if is_hand_column(name)))
 
 
 def _column_names(path: Path) -> set[str]:

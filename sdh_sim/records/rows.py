@@ -10,9 +10,10 @@ import pyarrow as pa
 
 from sdh_sim.errors import RecordError, one_line
 from sdh_sim.records.column import Column
-from sdh_sim.records.schema import column_named, columns_in, schema_of
+from sdh_sim.records.hand_columns import as_in, is_hand_column
+from sdh_sim.records.schema import all_columns, column_named, columns_in, schema_of
 from sdh_sim.records.trial_row import COLUMNS, FAILURES, TrialRow
-from sdh_sim.records.user_columns import added_column, is_added
+from sdh_sim.records.user_columns import is_added
 
 _KNOWN = {column.name for column in COLUMNS}
 _WANTED = {pa.int64(): (int, np.integer), pa.bool_(): (bool, np.bool_), pa.string(): (str,)}
@@ -28,12 +29,12 @@ def normalise(row: Mapping[str, Any]) -> TrialRow:
         RecordError: an unknown or missing column, a wrong shape or type, an unknown failure.
     """
     more = [name for name in row if name not in _KNOWN]
-    unknown = sorted(name for name in more if not is_added(name))
+    unknown = sorted(name for name in more if not (is_added(name) or is_hand_column(name)))
     if unknown:
         raise RecordError(f"row has unknown column {unknown[0]!r}; columns are listed in COLUMNS")
     full = TrialRow(
         **{column.name: _value(column, row.get(column.name)) for column in COLUMNS},
-        user_columns={name: _value(added_column(name), row[name]) for name in more},
+        user_columns={name: _value(column_named(name), row[name]) for name in more},
     )
     if full.failure not in FAILURES:
         got = one_line(repr(full.failure))
@@ -51,7 +52,8 @@ def _value(column: Column, value: Any) -> Any:
     try:
         if column.shape:
             array = np.array(value, dtype=column.type.to_pandas_dtype())
-            if array.shape != column.shape:
+            fits = array.ndim == len(column.shape) if column.per_hand else False
+            if array.shape != column.shape and not fits:
                 raise RecordError(
                     f"column {column.name!r} has shape {array.shape}; expected {column.shape}"
                 )
@@ -84,7 +86,7 @@ def table_of(full: Iterable[TrialRow], added: Sequence[Column] = ()) -> pa.Table
         RecordError: a row has a metric that is not among the added columns.
     """
     full = sorted(full, key=lambda row: row["trial"])
-    columns = (*COLUMNS, *added)
+    columns = all_columns(added)
     known = {column.name for column in columns}
     for row in full:
         if len(row) > len(COLUMNS) and (more := [name for name in row if name not in known]):
@@ -99,6 +101,11 @@ def _array(column: Column, values: Sequence[Any]) -> pa.Array:
         return pa.array(values, type=column.type)
     missing = np.array([value is None for value in values], dtype=bool)
     blank = np.zeros(column.shape, dtype=column.type.to_pandas_dtype())
+    for value in values:
+        if value is not None and value.shape != column.shape:
+            raise RecordError(
+                f"column {column.name!r} has shape {value.shape}; this table has {column.shape}"
+            )
     filled = np.array([blank if value is None else value for value in values], dtype=blank.dtype)
     array = pa.array(filled.reshape(-1))
     for axis in reversed(range(len(column.shape))):
@@ -109,7 +116,7 @@ def _array(column: Column, values: Sequence[Any]) -> pa.Array:
 
 def stack(table: pa.Table, name: str) -> np.ndarray:
     """An array column as one array (n, *shape), or a number column as (n,); null becomes NaN."""
-    column = column_named(name)
+    column = as_in(table.schema, column_named(name))
     flat = table.column(name).combine_chunks()
     if isinstance(flat, pa.ChunkedArray):
         flat = pa.concat_arrays(flat.chunks) if flat.num_chunks else pa.array([], flat.type)

@@ -33,11 +33,21 @@ _TEXT, _FLAG = pa.string(), pa.bool_()
 
 
 def _column(
-    type: pa.DataType, unit: str, meaning: str, shape: tuple[int, ...] = (), required: bool = False
+    type: pa.DataType,
+    unit: str,
+    meaning: str,
+    shape: tuple[int, ...] = (),
+    required: bool = False,
+    per_hand: bool = False,
 ) -> Any:
     """A field that is a column; the arguments are those of ``Column``."""
     about = {"type": type, "unit": unit, "meaning": meaning, "shape": shape, "required": required}
-    return field(default=None, metadata={"column": about})
+    return field(default=None, metadata={"column": {**about, "per_hand": per_hand}})
+
+
+def _motor_column(unit: str, meaning: str) -> Any:
+    """A field that is a column with a number for each motor, seven on the SDH-2."""
+    return _column(_REAL, unit, meaning, (7,), per_hand=True)
 
 
 @dataclass(eq=False, kw_only=True)
@@ -141,15 +151,11 @@ class TrialRow(MutableMapping[str, Any]):
     )
     mass_kg: float | None = _column(_REAL, "kg", "mass of the object")
     friction: float | None = _column(_REAL, "", "friction coefficient of the object")
-    torque_limit_nm: np.ndarray | None = _column(_REAL, "N m", "torque limit of each motor", (7,))
-    joint_angles_rad: np.ndarray | None = _column(
-        _REAL, "rad", "motor angles at the snapshot", (7,)
-    )
-    motor_torque_nm: np.ndarray | None = _column(
-        _REAL, "N m", "motor torques at the snapshot", (7,)
-    )
-    peak_torque_nm: np.ndarray | None = _column(
-        _REAL, "N m", "largest motor torques of the whole trial", (7,)
+    torque_limit_nm: np.ndarray | None = _motor_column("N m", "torque limit of each motor")
+    joint_angles_rad: np.ndarray | None = _motor_column("rad", "motor angles at the snapshot")
+    motor_torque_nm: np.ndarray | None = _motor_column("N m", "motor torques at the snapshot")
+    peak_torque_nm: np.ndarray | None = _motor_column(
+        "N m", "largest motor torques of the whole trial"
     )
     tactile_proximal: np.ndarray | None = _column(
         _SINGLE, TACTILE_UNIT, "proximal pads at the snapshot: finger, row, column", (3, 14, 6)
@@ -188,11 +194,11 @@ class TrialRow(MutableMapping[str, Any]):
         (7,),
     )
     plan_opening: float | None = _column(_REAL, "", "closing ratio during the approach")
-    plan_open_rad: np.ndarray | None = _column(
-        _REAL, "rad", "motor angles of the closing at ratio 0", (7,)
+    plan_open_rad: np.ndarray | None = _motor_column(
+        "rad", "motor angles of the closing at ratio 0"
     )
-    plan_closed_rad: np.ndarray | None = _column(
-        _REAL, "rad", "motor angles of the closing at ratio 1", (7,)
+    plan_closed_rad: np.ndarray | None = _motor_column(
+        "rad", "motor angles of the closing at ratio 1"
     )
     grasp_name: str | None = _column(_TEXT, "", "name of a grasp from a file")
     grasp_copy: int | None = _column(_INT, "", "number of the trial among those of its grasp")

@@ -13,9 +13,9 @@ from sdh_sim.model_files import models_dir
 from sdh_sim.robot.closing import Closing
 from sdh_sim.robot.hand_description import Hand, Pad
 from sdh_sim.robot.hand_file import FILE, read_hand_file
+from sdh_sim.settings import DEFAULT_HAND
 
 HAND = "hand/"  # prefix of its names in a workcell
-DEFAULT_HAND = "schunk_sdh2"
 
 
 @lru_cache(maxsize=8)

@@ -216,6 +216,14 @@ class Hand:
         of_group = dict(zip(self.groups, limit, strict=True))
         return np.array([of_group[motor.group] for motor in self.motors])
 
+    @cached_property
+    def rated_limits(self) -> tuple[float, ...]:
+        """Limits of the groups that the motors are built for [N m or N], the least of each."""
+        return tuple(
+            min(motor.rated for motor in self.motors if motor.group == group)
+            for group in self.groups
+        )
+
     def closing(self, name: str) -> Closing:
         """The closing of that name; raises SettingsError where there is none."""
         if name not in self.closings:

@@ -1,5 +1,6 @@
 """One run on disk: its plan, its finished trials, and the lock of the process that writes."""
 
+from sdh_sim.runs.columns import columns_of_run
 from sdh_sim.runs.environment import machine, versions
 from sdh_sim.runs.finished_trials import FinishedTrials
 from sdh_sim.runs.folder import RunFolder
@@ -13,6 +14,7 @@ __all__ = [
     "Job",
     "RunFolder",
     "RunPlan",
+    "columns_of_run",
     "machine",
     "read_given_grasps",
     "run_lock",

@@ -14,7 +14,8 @@ import numpy as np
 import pyarrow as pa
 
 from sdh_sim.errors import RecordError, RunError, one_line
-from sdh_sim.records import FAILURES, TrialRow, added_columns, to_rows, write_groups
+from sdh_sim.records import FAILURES, TrialRow, to_rows, write_groups
+from sdh_sim.runs.columns import columns_of_run
 from sdh_sim.runs.plan import RunPlan, trial_seed
 from sdh_sim.runs.shards import Index, Rows, ShardWriter, join, place
 
@@ -26,7 +27,7 @@ _KEYS = ("trial", "object", "seed", "success", "failure")
 def _open(table: Path, shards: Iterable[Path], plan: RunPlan) -> Iterator[Rows]:
     """The rows; whatever is damaged becomes a RunError."""
     try:
-        rows = Rows(table, shards, added_columns(plan.settings.metrics))
+        rows = Rows(table, shards, columns_of_run(plan.settings))
         try:
             yield rows
         finally:
@@ -148,7 +149,7 @@ def write_finished(table: Path, shards: Iterable[Path], plan: RunPlan, path: Pat
     """Write a table of every finished trial elsewhere; raises as ``read_finished``, and OSError."""
     with _open(table, shards, plan) as rows:
         index, _, _ = _locate(rows, plan)
-        write_groups(rows.groups(index), path, added_columns(plan.settings.metrics))
+        write_groups(rows.groups(index), path, columns_of_run(plan.settings))
 
 
 class FinishedTrials:
@@ -168,7 +169,7 @@ class FinishedTrials:
         self.table = table
         self.done = np.zeros(plan.total, bool)
         self._plan = plan
-        self._added = added_columns(plan.settings.metrics)
+        self._added = columns_of_run(plan.settings)
         self._shards = ShardWriter(shards, self._added)
         for left in shards.glob("*.tmp"):
             left.unlink()

@@ -24,11 +24,11 @@ import pyarrow.parquet as pq
 from sdh_sim.atomic_files import write_atomic
 from sdh_sim.errors import RecordError
 from sdh_sim.records import (
-    COLUMNS,
     ROW_GROUP,
     SCHEMA,
     Column,
     TrialRow,
+    all_columns,
     column_named,
     columns_there,
     readable,
@@ -45,7 +45,7 @@ class _Table:
 
     def __init__(self, path: Path, added: Sequence[Column]) -> None:
         self.path = path
-        self._columns = (*COLUMNS, *added)
+        self._columns = all_columns(added)
         with readable(path):
             self._file = pq.ParquetFile(path, page_checksum_verification=True)
             there = columns_there(path, self._file.schema_arrow, self._columns)

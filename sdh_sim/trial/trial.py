@@ -20,7 +20,8 @@ from sdh_sim.grasping import (
 )
 from sdh_sim.metrics import Prediction, predict, user_metrics
 from sdh_sim.poses import rotation_of
-from sdh_sim.records import TrialRow
+from sdh_sim.records import HAND_NAME, TACTILE, TrialRow
+from sdh_sim.robot import hand_kinematics
 from sdh_sim.sensing import (
     TactileFrames,
     TactileSensor,
@@ -31,7 +32,7 @@ from sdh_sim.sensing import (
     unit_vector,
 )
 from sdh_sim.sensing.tactile_sensor import PRESETS
-from sdh_sim.settings import FROM_FILE, GRAVITY_DIRECTIONS, TrialSettings
+from sdh_sim.settings import DEFAULT_HAND, FROM_FILE, GRAVITY_DIRECTIONS, TrialSettings
 from sdh_sim.trial import load_test
 from sdh_sim.trial.disturbance import disturb
 from sdh_sim.trial.lift import lift
@@ -140,7 +141,8 @@ class Trial:
         """What the hand senses after ``acquire``, and what the metrics say of it."""
         snapshot = take_snapshot(self.simulation, self._sensor)
         row, settings = self.row, self.settings
-        row.tactile_proximal, row.tactile_distal = snapshot.proximal, snapshot.distal
+        for kind, readings in snapshot.tactile.items():
+            row[TACTILE + kind] = readings
         row.joint_angles_rad = snapshot.joint_angles
         row.motor_torque_nm = snapshot.motor_torques
         row.object_pose_hand = snapshot.object_pose_hand
@@ -150,7 +152,9 @@ class Trial:
         seen, known = add_tracking_error(snapshot, self.scene.obj, settings, self._rng(_TRACKING))
         row.perceived_pose_hand = seen.object_pose_hand
         row.perceived_mass_kg, row.perceived_friction = known.mass_kg, known.friction
-        self.prediction = predict(seen, known, settings.torque_limit, settings.pads)
+        self.prediction = predict(
+            seen, known, self.scene.torque_limit, settings.pads, hand_kinematics(self.scene.hand)
+        )
         row.update(self.prediction.values)
         row.update(user_metrics.evaluate_user_metrics(self.prediction.grasp, settings.metrics))
         row.q_reason = self.prediction.reason
@@ -327,6 +331,8 @@ class Trial:
         row, obj = self.row, self.scene.obj
         row.mass_kg, row.friction = obj.mass_kg, obj.friction
         row.torque_limit_nm = self.simulation.limits
+        if self.settings.hand != DEFAULT_HAND:
+            row[HAND_NAME] = self.settings.hand
         row.gravity = self.settings.gravity if self.settings.support == "none" else None
         found = self._found
         if not isinstance(found, Infeasible):

@@ -14,7 +14,7 @@ EYE_DISTANCE = 0.44  # [m]
 
 def blueprint(log: TrialLog) -> rrb.Blueprint:
     """The workcell on the left; tactile images, torques, height and texts on the right."""
-    limit = max(log.scene.settings.torque_limit)
+    limit = max(log.scene.torque_limit)
     lowest = min(-0.05 * limit, float(log.motor_torque.min()) * 1.1)
     pads = [
         rrb.Spatial2DView(

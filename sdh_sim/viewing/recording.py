@@ -160,7 +160,7 @@ def _properties(log: TrialLog) -> dict[str, Any]:
         "sim_seconds",
     )  # fmt: skip
     values = {key: log.row[key] for key in keys if log.row.get(key) is not None}
-    values["torque_limit_nm"] = list(log.scene.settings.torque_limit)
+    values["torque_limit_nm"] = list(log.scene.torque_limit)
     values["force_arrow_m_per_n"] = FORCE_SCALE
     values["g_arrow_m_per_n"] = LIMIT_SCALE
     return values
@@ -246,7 +246,7 @@ def _log_series(stream: rr.RecordingStream, log: TrialLog) -> None:
         values = rr.Scalars.columns(scalars=log.motor_torque[:, index])
         stream.send_columns(path, [_times(log)], values)
     ends = log.time[[0, -1]]
-    limits = zip(hand.groups, log.scene.settings.torque_limit, strict=True)
+    limits = zip(hand.groups, log.scene.torque_limit, strict=True)
     for index, (group, limit) in enumerate(limits):
         path = f"torque/limit_{group}"
         color = LIMIT_COLORS[index % len(LIMIT_COLORS)]

@@ -20,7 +20,7 @@ def verdict_markdown(log: TrialLog, least: gq.ContactForces | None) -> str:
         least: contact forces of least effort that bear the weight; None where there are none.
     """
     row = log.row
-    limit = log.scene.settings.torque_limit
+    limit = log.scene.torque_limit
     outcome = "held" if row["success"] else f"failed: {row['failure']}"
     contacts = forces = "-"
     if log.prediction is not None and log.prediction.contacts:

@@ -1,0 +1,23 @@
+"""The columns of a run's table, besides those that every table has."""
+
+from __future__ import annotations
+
+from sdh_sim.records import Column, HandShape, added_columns, hand_columns
+from sdh_sim.settings import DEFAULT_HAND, TrialSettings
+
+
+def columns_of_run(settings: TrialSettings) -> tuple[Column, ...]:
+    """Those of its hand, where it is not the SDH-2, and those of users' metrics.
+
+    Raises:
+        SettingsError: no such hand.
+    """
+    metrics = added_columns(settings.metrics)
+    if settings.hand == DEFAULT_HAND:
+        return metrics
+    from sdh_sim.robot import built_in_hand  # what knows hands takes its time to load
+
+    hand = built_in_hand(settings.hand)
+    counts = {kind: sum(pad.array.kind == kind for pad in hand.pads) for kind in hand.arrays}
+    shapes = {kind: (counts[kind], *array.shape) for kind, array in hand.arrays.items()}
+    return (*hand_columns(HandShape(len(hand.motors), shapes)), *metrics)
