@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 
 from sdh_sim.objects import ObjectInfo
-from sdh_sim.robot import Hand, PalmMotion, hand_kinematics, palm_motion_of
 from sdh_sim.settings import TrialSettings
+
+if TYPE_CHECKING:
+    from sdh_sim.robot import Hand, PalmMotion
 
 OTHER, OBJECT_GEOM, TABLE_GEOM, HAND_GEOM, ARM_GEOM = range(5)
 """Groups of geoms, as in ``Scene.geom_group``."""
@@ -26,9 +29,11 @@ class Scene:
         settings: what it was built for.
         obj: the object in it.
         hand: the hand in it.
+        palm_motion: motion of what carries the hand.
         motors: actuator ids of the hand's motors (n,).
         motor_qpos, motor_dof: addresses of the motor joints (n,).
         hand_qpos: addresses of all joints of the hand, in the order of its own model.
+        hand_selection: their positions are this times the motors' (joints, n).
         arm_motors: actuator ids (6,).
         arm_qpos, arm_dof: addresses of the arm's joints (6,).
         arm_speed_limit: [rad/s] (6,).
@@ -46,10 +51,12 @@ class Scene:
     settings: TrialSettings
     obj: ObjectInfo
     hand: Hand
+    palm_motion: PalmMotion
     motors: np.ndarray
     motor_qpos: np.ndarray
     motor_dof: np.ndarray
     hand_qpos: np.ndarray
+    hand_selection: np.ndarray
     arm_motors: np.ndarray
     arm_qpos: np.ndarray
     arm_dof: np.ndarray
@@ -69,11 +76,6 @@ class Scene:
         """Limits of the groups of motors [N m or N]: the settings', or the rated ones."""
         return self.settings.torque_limit or self.hand.rated_limits
 
-    @property
-    def palm_motion(self) -> PalmMotion:
-        """Motion of what carries the hand."""
-        return palm_motion_of(self.settings.arm, self.hand)
-
     def pose_hand(self, data: mujoco.MjData, angles: np.ndarray) -> None:
         """Put the joints of the hand where its motors at positions (n,) [rad or m] have them."""
-        data.qpos[self.hand_qpos] = hand_kinematics(self.hand).joint_positions(angles)
+        data.qpos[self.hand_qpos] = self.hand_selection @ angles
