@@ -13,8 +13,8 @@ NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e-?\d+)?")
 
 
 def model_files(folder: Path) -> list[Path]:
-    """Meshes and MJCF below a folder, relative to it."""
-    found = (p for p in folder.rglob("*") if p.suffix in {".obj", ".xml"})
+    """Meshes, MJCF and descriptions of hands below a folder, relative to it."""
+    found = (p for p in folder.rglob("*") if p.suffix in {".obj", ".xml"} or p.name == "hand.toml")
     return sorted(p.relative_to(folder) for p in found)
 
 

@@ -122,8 +122,8 @@ def test_masses_and_inertias_are_those_of_the_boxes(model):
 def held(plate: tuple[float, float], slides: bool, seconds: float = 4.0):
     """The gripper closed on a plate between two x [m] in the palm frame by its rated force.
 
-    A pad on a fixed plate comes to rest with a time constant of 0.36 s: a taxel's damping is set by
-    the inertia of what it joins, here the jaw alone.
+    A pad on a fixed plate comes to rest at a rate of 6/s only: that of a taxel's contact follows
+    from the inertia of what it joins, here the jaw alone.
 
     Returns:
         the state at rest, and the normal forces of the pads on the plate (2,) [N].
