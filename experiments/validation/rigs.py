@@ -20,7 +20,7 @@ from sdh_sim.cell import Scene
 from sdh_sim.cell.scene_builder import geom_fingers, geom_groups, set_contacts, taxel_index
 from sdh_sim.model_files import models_dir
 from sdh_sim.objects import OBJECT, object_info
-from sdh_sim.robot import HAND, Hand, built_in_hand, hand_kinematics, hand_spec
+from sdh_sim.robot import HAND, Hand, built_in_hand, hand_kinematics, hand_spec, palm_motion_of
 from sdh_sim.settings import PAPER_TORQUE_LIMIT, TrialSettings
 
 HAND_PLACE = np.array([0.45, 0.0, 0.4])  # of the hand's mount in the world [m]
@@ -228,7 +228,9 @@ def _scene(
         motor_qpos=np.array([joint.qposadr[0] for joint in driven], dtype=np.int64),
         motor_dof=np.array([joint.dofadr[0] for joint in driven], dtype=np.int64),
         hand=hand,
+        palm_motion=palm_motion_of(settings.arm, hand),
         hand_qpos=np.array([model.joint(n).qposadr[0] for n in of_hand if n in joints], np.int64),
+        hand_selection=hand_kinematics(hand).selection,
         arm_motors=none, arm_qpos=none, arm_dof=none, arm_speed_limit=none,
         palm=model.body(HAND + hand.palm).id,
         object_body=test_body,

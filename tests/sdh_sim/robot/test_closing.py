@@ -56,8 +56,8 @@ def test_a_preshape_s_own_ends_give_its_own_closing(preshape):
         (OPEN[:6], CLOSED, "open: got"),
         (OPEN, [*CLOSED[:6], math.nan], "closed: got"),
         (OPEN, "shut", "closed: got 'shut'"),
-        (OPEN, [0.5, 2.0, 0, 0, 0, 0, 0], "got 2 rad for finger2_proximal; its range is -1.571 to"),
-        ([-0.1, *OPEN[1:]], CLOSED, "got -0.1 rad for spread; its range is 0 to 1.571 rad"),
+        (OPEN, [0.5, 2.0, 0, 0, 0, 0, 0], "got 2 for finger2_proximal; its range is -1.571 to"),
+        ([-0.1, *OPEN[1:]], CLOSED, "got -0.1 for spread; its range is 0 to 1.571"),
     ],
 )
 def test_what_is_no_closing_is_refused(open, closed, words):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sdh_sim.sensing import SensorModel, TactileSensor
-from sdh_sim.sensing.tactile_sensor import FRAME_RATE, PRESETS, TAXEL_AREA, spread_pressure
+from sdh_sim.sensing.tactile_sensor import FRAME_RATE, PRESETS, spread_pressure
 from tests.support.sdh2 import PAD_OFFSETS, SDH2, arrays, live_mask
 
 DSA = SensorModel()  # the preset
@@ -130,7 +130,7 @@ def test_unloaded_cells_read_nothing_however_noisy():
 
 def test_noise_has_its_standard_deviation_and_comes_from_the_generator():
     model = replace(STATIC, noise=20.0)
-    force = np.full(486, 30e3 * TAXEL_AREA)
+    force = np.full(486, 30e3 * 3.4e-3**2)
     values = reading(model, force) * 52
     assert np.std(values) == pytest.approx(20.0, rel=0.15)
     assert np.array_equal(values, reading(model, force) * 52)
@@ -138,7 +138,7 @@ def test_noise_has_its_standard_deviation_and_comes_from_the_generator():
 
 def test_gains_spread_but_belong_to_the_hand():
     model = replace(STATIC, gain_spread=0.05, dead_zone=0.0)
-    force = np.full(486, 30e3 * TAXEL_AREA)
+    force = np.full(486, 30e3 * 3.4e-3**2)
     first = reading(model, force)
     other = TactileSensor(model, np.random.default_rng(99))
     other.frame(force)
@@ -148,7 +148,7 @@ def test_gains_spread_but_belong_to_the_hand():
 
 def test_dead_taxels_read_nothing():
     model = replace(STATIC, dead_share=0.2)
-    values = reading(model, np.full(486, 30e3 * TAXEL_AREA))
+    values = reading(model, np.full(486, 30e3 * 3.4e-3**2))
     assert np.mean(values == 0) == pytest.approx(0.2, abs=0.06)
 
 
