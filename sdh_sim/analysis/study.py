@@ -126,18 +126,19 @@ def read_study(
     paths: Sequence[Path],
     metrics: Sequence[str] = METRICS,
     resamples: int = RESAMPLES,
+    by_hand: bool = False,
 ) -> Study:
     """The study of the trials in some files.
 
     Metrics that one of the files lacks are left out; users' metrics that all of them have are
-    added at the end.
+    added at the end. ``by_hand`` is as in ``trial_tables.read_trials``.
 
     Raises:
-        RecordError: a file is no table of trials.
+        RecordError: a file is no table of trials, or they are of several hands unasked.
     """
     own = trial_tables.user_metrics(paths)
     extra = columns_of(paths, (*metrics, *own, *LOAD, "unsensed_contact"))
-    table = trial_tables.read_trials(paths, extra)
+    table = trial_tables.read_trials(paths, extra, by_hand)
     wanted = tuple(m for m in (*metrics, *own) if m in table.column_names)
     thresholds = {name: value for name, value in own.items() if value is not None}
     return study_of(table, wanted, resamples, thresholds)

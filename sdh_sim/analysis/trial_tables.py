@@ -9,7 +9,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from sdh_sim.records import NO_TRUTH, added_in, columns_of, is_metric, read_table
+from sdh_sim.errors import RecordError
+from sdh_sim.records import HAND_NAME, NO_TRUTH, added_in, columns_of, is_metric, read_table
+from sdh_sim.settings import DEFAULT_HAND
 
 COMPARED = ("q_linf", "q_l1")  # metrics that every comparison needs
 SURPLUS = "surplus"  # column of trials that a preset ran beyond an object's share
@@ -33,7 +35,17 @@ def user_metrics(paths: Sequence[Path]) -> dict[str, float | None]:
     return {name: next(iter(t)) if len(t) == 1 else None for name, t in found.items()}
 
 
-def read_trials(paths: Sequence[Path], extra: Sequence[str] = ()) -> pa.Table:
+def hand_of(path: Path) -> str:
+    """Name of the hand whose trials a file has; raises RecordError where it has no table."""
+    if not columns_of([path], (HAND_NAME,)):
+        return DEFAULT_HAND
+    found = {name for name in read_table(path, [HAND_NAME]).column(0).to_pylist() if name}
+    return found.pop() if len(found) == 1 else DEFAULT_HAND
+
+
+def read_trials(
+    paths: Sequence[Path], extra: Sequence[str] = (), by_hand: bool = False
+) -> pa.Table:
     """The columns that a comparison needs, of the trials of several files.
 
     Among them is ``surplus``: whether a trial exceeds its object's share in a preset.
@@ -41,9 +53,29 @@ def read_trials(paths: Sequence[Path], extra: Sequence[str] = ()) -> pa.Table:
     Args:
         paths: files of trials.
         extra: further columns, which every file must have.
+        by_hand: trials of several hands are told apart by the name of the object, which then begins
+            with that of the hand.
+
+    Raises:
+        RecordError: a file is no table of trials, or the files are of several hands unasked.
     """
     columns = ("object", "success", "failure", *dict.fromkeys((*COMPARED, *extra)))
-    return pa.concat_tables([_with_surplus(path, columns) for path in paths])
+    hands = [hand_of(path) for path in paths]
+    if len(set(hands)) > 1 and not by_hand:
+        raise RecordError(
+            f"{paths[0]} and the others are trials of different hands "
+            f"({', '.join(sorted(set(hands)))}); compare each by itself, or all with --by-hand"
+        )
+    tables = [_with_surplus(path, columns) for path in paths]
+    if by_hand:
+        tables = [_of_hand(table, hand) for table, hand in zip(tables, hands, strict=True)]
+    return pa.concat_tables(tables)
+
+
+def _of_hand(table: pa.Table, hand: str) -> pa.Table:
+    names = [f"{hand} {name}" for name in table.column("object").to_pylist()]
+    at = table.column_names.index("object")
+    return table.set_column(at, table.field(at), pa.array(names, pa.string()))
 
 
 def _with_surplus(path: Path, columns: Sequence[str]) -> pa.Table:

@@ -8,7 +8,6 @@ import mujoco
 import numpy as np
 
 from sdh_sim.cell.scene import ARM_GEOM, HAND_GEOM, OBJECT_GEOM, TABLE_GEOM, Scene
-from sdh_sim.errors import SettingsError
 from sdh_sim.objects import HARD_SOLREF, OBJECT, ObjectInfo, object_info, object_spec
 from sdh_sim.robot import (
     ARM,
@@ -51,11 +50,7 @@ def build_scene(settings: TrialSettings) -> Scene:
         SettingsError: no such object.
     """
     hand = built_in_hand(settings.hand)
-    if settings.pads not in ("all", *hand.arrays):
-        raise SettingsError(
-            f"pads: got {settings.pads!r:.80}; the hand {hand.name} has "
-            f"{', '.join(('all', *hand.arrays))}"
-        )
+    hand.check(settings.torque_limit, settings.pads)
     spec = robot_spec(settings.arm, hand)
     obj = object_info(settings.object, settings.folder)
     shape = object_spec(settings.object, settings.folder)

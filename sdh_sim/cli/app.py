@@ -69,6 +69,9 @@ def compare(
     every: Annotated[
         bool, typer.Option("--all", help="All metrics, not q* under L∞ and L1 alone.")
     ] = False,
+    by_hand: Annotated[
+        bool, typer.Option("--by-hand", help="Take runs of different hands, and show them apart.")
+    ] = False,
     report: Annotated[
         Path | None,
         typer.Option(help="Folder of the report with figures.", show_default="report in RUN"),
@@ -81,7 +84,7 @@ def compare(
     """
     from sdh_sim.cli import compare as cli_compare
 
-    cli_compare.compare(runs, csv, every=every, report=report, pages=not no_report)
+    cli_compare.compare(runs, csv, every=every, by_hand=by_hand, report=report, pages=not no_report)
 
 
 @app.command()

@@ -30,6 +30,7 @@ def compare(
     csv: Path | None = None,
     *,
     every: bool = False,
+    by_hand: bool = False,
     report: Path | None = None,
     pages: bool = True,
 ) -> None:
@@ -39,6 +40,7 @@ def compare(
         runs: run folders, or files of trials.
         csv: write the numbers of the first table there too.
         every: all metrics instead of q* under L-infinity and L1.
+        by_hand: runs of different hands may be given, and are shown apart.
         report: folder of the report; None takes RUN/report of a single run folder.
         pages: False writes no report.
 
@@ -56,7 +58,7 @@ def compare(
             folder.mkdir()
             # Trials of a run that goes on, or was killed, are not all in its table yet.
             tables.append(RunFolder(run).whole_table(folder) if run.is_dir() else place)
-        study = read_study(tables, ALL_METRICS if every else METRICS)
+        study = read_study(tables, ALL_METRICS if every else METRICS, by_hand=by_hand)
     if not study.read:
         raise RunError(f"{runs[0]} holds no finished trial yet; continue it with --resume first")
     if csv is not None:

@@ -18,6 +18,7 @@ from sdh_sim.grasp_files import (
 )
 from sdh_sim.metrics import find_metrics
 from sdh_sim.objects import find_objects, object_names
+from sdh_sim.robot import built_in_hand
 from sdh_sim.runs import RunPlan
 from sdh_sim.settings import FROM_FILE, RANDOM_GRASPS, TrialSettings
 from sdh_sim.user_references import GraspSet
@@ -43,6 +44,7 @@ def make_plan(request: LiftRequest, stored: RunPlan | None) -> RunPlan:
     else:
         settings = dataclasses.replace(stored.settings, **given)
         trials, seed = stored.trials, stored.seed
+    built_in_hand(settings.hand).check(settings.torque_limit, settings.pads)
     return RunPlan(
         names,
         settings,

@@ -216,6 +216,20 @@ class Hand:
         of_group = dict(zip(self.groups, limit, strict=True))
         return np.array([of_group[motor.group] for motor in self.motors])
 
+    def check(self, limit: Sequence[float], pads: str) -> None:
+        """Raise SettingsError where settings do not fit the hand.
+
+        Args:
+            limit: of the groups of motors [N m or N]; empty: the rated ones.
+            pads: ``all``, or the kind of array whose pads a prediction uses.
+        """
+        self.torque_limits(limit or self.rated_limits)
+        if pads not in ("all", *self.arrays):
+            raise SettingsError(
+                f"pads: got {pads!r:.80}; the hand {self.name} has "
+                f"{', '.join(('all', *self.arrays))}"
+            )
+
     @cached_property
     def rated_limits(self) -> tuple[float, ...]:
         """Limits of the groups that the motors are built for [N m or N], the least of each."""
