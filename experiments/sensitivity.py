@@ -25,7 +25,7 @@ from experiments.command_line import Parser
 from experiments.parallel import run_all
 from sdh_sim.analysis.comparison import auc
 from sdh_sim.errors import RecordError
-from sdh_sim.metrics import group_limits, object_of, read_stored, snapshot_of
+from sdh_sim.metrics import object_of, read_stored, snapshot_of
 from sdh_sim.objects import ObjectInfo
 from sdh_sim.poses import rotation_of
 from sdh_sim.records import NO_TRUTH
@@ -164,7 +164,7 @@ def _grasp(row: dict[str, Any], folders: Mapping[str, ObjectFolder]) -> Grasp | 
     snapshot = snapshot_of(row)
     if snapshot is None:
         return None
-    limits = group_limits(built_in_hand(), row["torque_limit_nm"])
+    limits = built_in_hand().group_limits(row["torque_limit_nm"])
     return snapshot, object_of(row, folders), limits
 
 

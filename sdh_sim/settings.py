@@ -213,19 +213,26 @@ class TrialSettings:
             limit = tuple(float(t) for t in self.torque_limit)
         except (TypeError, ValueError):
             limit = (math.nan,)
+        given = self.torque_limit
+        if isinstance(given, list):  # as the command line has it
+            given = tuple(given)
         sdh2 = self.hand == DEFAULT_HAND
         if sdh2 and not limit:
             limit = PAPER_TORQUE_LIMIT
         fits = all(math.isfinite(t) and 0.0 < t <= LARGEST_TORQUE for t in limit)
         if not fits or (sdh2 and len(limit) != 2):
             raise SettingsError(
-                f"torque_limit: got {self.torque_limit!r}; give two torques in N m, each above 0 "
+                f"torque_limit: got {given!r}; give two torques in N m, each above 0 "
                 f"and at most {LARGEST_TORQUE:g}, for the proximal and the distal joints "
                 f"(the paper's: {PAPER_TORQUE_LIMIT[0]} {PAPER_TORQUE_LIMIT[1]}); for other hands "
                 "one for each group of motors"
             )
         if not isinstance(self.hand, str) or not NAME.fullmatch(self.hand):
             raise SettingsError(f"hand: got {self.hand!r:.80}; give the name of a hand")
+        if not isinstance(self.pads, str) or not NAME.fullmatch(self.pads):
+            raise SettingsError(
+                f"pads: got {self.pads!r:.80}; give all, or a kind of the hand's arrays"
+            )
         object.__setattr__(self, "torque_limit", limit)
         check(self)
         if self.folder is not None and not isinstance(self.folder, ObjectFolder):

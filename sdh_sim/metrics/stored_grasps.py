@@ -130,16 +130,10 @@ def grasp_of(
     if snapshot is None:
         return None
     kinematics = kinematics or hand_kinematics(hand_of(row))
-    limits = group_limits(kinematics.hand, row["torque_limit_nm"])
+    limits = kinematics.hand.group_limits(row["torque_limit_nm"])
     return perceive(snapshot, object_of(row, folders), limits, pads, kinematics)
 
 
 def hand_of(row: Mapping[str, Any]) -> Hand:
     """The hand of a row; raises SettingsError where there is no such hand any more."""
     return built_in_hand(row.get(records.HAND_NAME) or DEFAULT_HAND)
-
-
-def group_limits(hand: Hand, of_motors: Sequence[float]) -> tuple[float, ...]:
-    """Limits of the groups of motors [N m or N], from those of the motors (n,)."""
-    groups = [motor.group for motor in hand.motors]
-    return tuple(float(of_motors[groups.index(group)]) for group in hand.groups)

@@ -56,7 +56,7 @@ def hand_columns(shape: HandShape) -> tuple[Column, ...]:
 
 def as_in(schema: pa.Schema, column: Column) -> Column:
     """The column with the shape that it has in a file, where that is up to the hand."""
-    if not column.per_hand or column.name not in schema.names:
+    if not column.per_hand or schema.names.count(column.name) != 1:
         return column
     shape, kind = [], schema.field(column.name).type
     while pa.types.is_fixed_size_list(kind):

@@ -104,7 +104,7 @@ def _array(column: Column, values: Sequence[Any]) -> pa.Array:
     for value in values:
         if value is not None and value.shape != column.shape:
             raise RecordError(
-                f"column {column.name!r} has shape {value.shape}; this table has {column.shape}"
+                f"column {column.name!r} has shape {value.shape}; expected {column.shape}"
             )
     filled = np.array([blank if value is None else value for value in values], dtype=blank.dtype)
     array = pa.array(filled.reshape(-1))

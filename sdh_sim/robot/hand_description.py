@@ -230,6 +230,11 @@ class Hand:
                 f"{', '.join(('all', *self.arrays))}"
             )
 
+    def group_limits(self, of_motors: Sequence[float] | np.ndarray) -> tuple[float, ...]:
+        """Limits of the groups [N m or N] from those of the motors (n,)."""
+        groups = [motor.group for motor in self.motors]
+        return tuple(float(of_motors[groups.index(group)]) for group in self.groups)
+
     @cached_property
     def rated_limits(self) -> tuple[float, ...]:
         """Limits of the groups that the motors are built for [N m or N], the least of each."""

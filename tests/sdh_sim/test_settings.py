@@ -25,7 +25,7 @@ TABLES = (LiftRequest, TrialSettings, RunOptions)
     ("name", "value", "words"),
     [
         ("sensor", "eye", "sensor: got 'eye'; choose one of dsa, ideal"),
-        ("pads", None, "pads: got None; choose one of all, distal"),
+        ("pads", None, "pads: got None; give all, or a kind"),
         ("arm", {}, "arm: got {}; choose one of servo, rigid"),
         ("timestep", 0.1, "timestep: got 0.1; allowed is 0.0001 to 0.005 s"),
         ("timestep", math.nan, "timestep: got nan; allowed is 0.0001 to 0.005 s"),

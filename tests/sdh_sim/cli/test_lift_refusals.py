@@ -29,7 +29,7 @@ from tests.support.command_line import LIFT, fails
         (["--torque-limit", "inf", "1"], "--torque-limit: got (inf, 1.0)"),
         (["--torque-limit", "1"], "--torque-limit"),
         (["--sensor", "eye"], "--sensor: got 'eye'; choose one of dsa, ideal"),
-        (["--pads", "none"], "--pads: got 'none'; choose one of all, distal"),
+        (["--pads", "none"], "--pads: got 'none'; the hand schunk_sdh2 has all, proximal, distal"),
         (["--rerun", "some"], "--rerun: got 'some'; choose one of all, failures, none"),
         (["--resume", "--overwrite"], "exclude each other"),
         (["--retry-errors"], "give --resume with it"),

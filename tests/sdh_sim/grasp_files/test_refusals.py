@@ -72,8 +72,8 @@ def test_a_value_that_cannot_be_used(tmp_path, change, says):
     ("change", "says"),
     [
         ({"closed_thumb_distal": None}, "row 2 has no closed_thumb_distal; give all seven angles"),
-        ({"closed_spread": 1.6}, "row 2 cannot close: closed: got 1.6 rad for spread; its range"),
-        ({"open_thumb_distal": -90}, "row 2 cannot close: open: got -90 rad for thumb_distal"),
+        ({"closed_spread": 1.6}, "row 2 cannot close: closed: got 1.6 for spread; its range"),
+        ({"open_thumb_distal": -90}, "row 2 cannot close: open: got -90 for thumb_distal"),
         ({"ratio": 0.5}, "row 2 has a ratio without a preshape"),
         ({f"closed_{name}": 0.0 for name in MOTOR_NAMES}, "cannot close: closed: no finger joint"),
     ],
