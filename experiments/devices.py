@@ -1,0 +1,236 @@
+"""Which bound fits which device: q* against the load held, on a one-motor jaw and on the SDH-2.
+
+    python -m experiments.devices --trials 100 --out devices
+
+The same objects on both. On independent motors contacts are bounded each by itself (L∞), on a device
+with one motor by their sum (L1); what the motors can do through their transmission (capability) is
+asked on both. Every grasp, held or not, is loaded by one rule: from the snapshot, the table taken
+away, with a weight that grows from nothing, until the object has moved 10 mm or 10°. Medians count
+every grasp: a ratio is 0 where q* is, and infinite where the grasp bears nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from experiments.command_line import Parser, at_least, fail
+from experiments.parallel import run_all
+from sdh_sim.analysis.comparison import Comparison, compare_scores, name_of
+from sdh_sim.analysis.load_agreement import spearman
+from sdh_sim.analysis.proportion import Proportion
+from sdh_sim.analysis.resampling import RESAMPLES
+from sdh_sim.errors import Diverged
+from sdh_sim.objects import PAPER_ORDER
+from sdh_sim.report.figure_style import colour_of, save, style
+from sdh_sim.runs.plan import trial_seed
+from sdh_sim.settings import TrialSettings
+from sdh_sim.trial import Trial, classify
+
+BOUNDS = ("q_linf", "q_l1", "q_capability", "q_whole_hand")
+# With this force on its motor, about half of the jaw's grasps hold, as on the SDH-2.
+DEVICES = {
+    "schunk_sdh2": TrialSettings("box"),
+    "parallel_jaw": TrialSettings("box", hand="parallel_jaw", torque_limit=(40.0,)),
+}
+EDGE = 3.0  # of the figure: powers of two of the ratio
+NAMES = {"schunk_sdh2": "SDH-2, seven motors", "parallel_jaw": "parallel jaw, one motor"}
+
+
+@dataclass(frozen=True)
+class Seen:
+    """One trial.
+
+    Attributes:
+        device: key of DEVICES.
+        held: whether the grasp held in the lift.
+        loads: predicted by each bound, and held in simulation, in weights (bounds + 1,).
+        capped: the largest load was held.
+    """
+
+    device: str
+    held: bool
+    loads: np.ndarray
+    capped: bool
+
+
+@dataclass(frozen=True)
+class Job:
+    """A trial to run."""
+
+    device: str
+    settings: TrialSettings
+    seed: int
+
+
+def observe(job: Job) -> Seen | None:
+    """Run one grasp; None where nothing was touched, or the simulation diverged."""
+    trial = Trial(job.settings, job.seed)
+    try:
+        trial.acquire()
+        if not trial.touched:
+            return None
+        trial.snapshot()
+        held = classify(trial.lift()) == "none"
+        load = trial.load(held=False)
+    except Diverged:
+        return None
+    assert trial.prediction is not None
+    predicted = [trial.prediction.values[bound] for bound in BOUNDS]
+    return Seen(job.device, held, np.array([*predicted, load.load]), load.capped)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One bound on one device.
+
+    Attributes:
+        device: key of DEVICES.
+        bound: member of BOUNDS.
+        comparison: with the outcomes of the lift.
+        ratios: q*/q_sim of the grasps of which either is above 0 and that gave way (k,).
+        median: of the ratios.
+        median_interval: its 95 % bootstrap interval.
+        spread: factor to either side within which 68 % of the ratios lie.
+        correlation: Spearman's, of q* and q_sim.
+        capped: grasps that bore the largest load tried.
+    """
+
+    device: str
+    bound: str
+    comparison: Comparison
+    ratios: np.ndarray
+    median: float
+    median_interval: tuple[float, float]
+    spread: float
+    correlation: float | None
+    capped: int
+
+
+def findings(seen: Sequence[Seen]) -> list[Finding]:
+    """Every bound on every device."""
+    found = []
+    for device in dict.fromkeys(s.device for s in seen):
+        own = [s for s in seen if s.device == device]
+        held, capped = (np.array([getattr(s, name) for s in own]) for name in ("held", "capped"))
+        loads = np.array([s.loads for s in own])
+        for k, bound in enumerate(BOUNDS):
+            q, q_sim = np.maximum(np.nan_to_num(loads[:, k]), 0.0), loads[:, -1]
+            both = ((q > 0) | (q_sim > 0)) & ~capped
+            with np.errstate(divide="ignore"):
+                ratios = q[both] / q_sim[both]
+            draws = np.random.default_rng(0).integers(len(ratios), size=(RESAMPLES, len(ratios)))
+            # Quantiles that are ratios themselves: between a number and infinity lies none.
+            medians = np.quantile(ratios[draws], 0.5, axis=1, method="nearest")
+            low, high = np.quantile(medians, (0.025, 0.975), method="nearest")
+            left, median, right = np.quantile(ratios, (0.16, 0.5, 0.84), method="nearest")
+            found.append(
+                Finding(
+                    device,
+                    bound,
+                    compare_scores(q, held, group=device, metric=bound),
+                    ratios,
+                    float(median),
+                    (float(low), float(high)),
+                    float(np.sqrt(right / left)) if left > 0 else np.inf,
+                    spearman(q, q_sim),
+                    int(capped.sum()),
+                )
+            )
+    return found
+
+
+def table_of(found: Sequence[Finding]) -> Table:
+    """A line for every bound on every device."""
+    heads = ("device", "bound", "grasps", "q*/q_sim, median", "spread ×", "rank corr.", "AUC",
+             "accuracy at 1 %", "TPR %", "FPR %")  # fmt: skip
+    table = Table()
+    for head in heads:
+        table.add_column(head, justify="left" if head in heads[:2] else "right")
+    for f in found:
+        c = f.comparison
+        first = f.bound == BOUNDS[0]
+        if first and f is not found[0]:
+            table.add_section()
+        table.add_row(
+            NAMES[f.device] if first else "",
+            name_of(f.bound),
+            str(c.n) if first else "",
+            f"{f.median:.2f} ({f.median_interval[0]:.2f}–{f.median_interval[1]:.2f})",
+            f"{f.spread:.2f}",
+            "-" if f.correlation is None else f"{f.correlation:.2f}",
+            "-" if c.auc is None or c.auc_interval is None
+            else f"{c.auc:.2f} ({c.auc_interval[0]:.2f}–{c.auc_interval[1]:.2f})",
+            *(_percent(rate) for rate in
+              (c.accuracy, c.true_positive_rate, c.false_positive_rate)),
+        )  # fmt: skip
+    return table
+
+
+def _percent(rate: Proportion) -> str:
+    if rate.value is None or rate.interval is None:
+        return "-"
+    low, high = rate.interval
+    return f"{100 * rate.value:.0f} ({100 * low:.0f}–{100 * high:.0f})"
+
+
+def draw(found: Sequence[Finding], stem: Path) -> Path:
+    """q*/q_sim of every grasp, bound by bound, the devices side by side."""
+    import matplotlib.pyplot as plt
+
+    devices = list(dict.fromkeys(f.device for f in found))
+    with style():
+        figure, panels = plt.subplots(1, len(devices), figsize=(7.2, 3.0), sharey=True)
+        for axes, device in zip(np.atleast_1d(panels), devices, strict=True):
+            own = [f for f in found if f.device == device]
+            for place, f in enumerate(own):
+                # What is beyond the axis stands at its edge.
+                with np.errstate(divide="ignore"):
+                    ratios = np.clip(np.log2(f.ratios), -EDGE, EDGE)
+                jitter = np.random.default_rng(place).uniform(-0.18, 0.18, len(ratios))
+                axes.plot(place + jitter, ratios, ".", ms=2.5, alpha=0.35,
+                          color=colour_of(f.bound))  # fmt: skip
+                axes.plot([place - 0.3, place + 0.3], [np.log2(f.median)] * 2, lw=2.2,
+                          color=colour_of(f.bound))  # fmt: skip
+            axes.axhline(0.0, lw=0.8, color="0.4", zorder=0)
+            axes.set_xticks(range(len(own)), [name_of(f.bound).removeprefix("q* ") for f in own])
+            axes.set_title(NAMES[device])
+            axes.set_ylim(-EDGE - 0.2, EDGE + 0.2)
+            axes.set_yticks(range(-3, 4), ["1/8", "1/4", "1/2", "1", "2", "4", "8"])
+        np.atleast_1d(panels)[0].set_ylabel("predicted over simulated load, q*/q_sim")
+        png, _ = save(figure, stem)
+        plt.close(figure)
+    return png
+
+
+def main(argv: list[str] | None = None) -> None:
+    """Print the table, draw the figure."""
+    parser = Parser(__doc__)
+    parser.add_argument("--trials", type=int, default=100, help="for each object [100]")
+    parser.add_argument("--seed", type=int, default=31, help="of the run [31]")
+    parser.add_argument("--out", type=Path, default=Path("devices"), help="folder of the figure")
+    args = parser.parse_args(argv)
+    at_least(parser, args, trials=1, seed=0)
+    jobs = [
+        Job(device, replace(settings, object=name), trial_seed(args.seed, name, index))
+        for device, settings in DEVICES.items()
+        for name in PAPER_ORDER
+        for index in range(args.trials)
+    ]
+    seen = [s for s in run_all(observe, jobs, "grasps") if s is not None]
+    found = findings(seen)
+    Console(width=140).print(table_of(found))
+    try:
+        args.out.mkdir(parents=True, exist_ok=True)
+        print(f"figure: {draw(found, args.out / 'devices')}")
+    except OSError as error:
+        fail(f"cannot write to {args.out}: {error.strerror or error}; choose another --out")
+
+
+if __name__ == "__main__":
+    main()
