@@ -2,11 +2,11 @@
 
     python -m experiments.devices --trials 100 --out devices
 
-The same objects on both. On independent motors contacts are bounded each by itself (L∞), on a device
-with one motor by their sum (L1); what the motors can do through their transmission (capability) is
-asked on both. Every grasp, held or not, is loaded by one rule: from the snapshot, the table taken
-away, with a weight that grows from nothing, until the object has moved 10 mm or 10°. Medians count
-every grasp: a ratio is 0 where q* is, and infinite where the grasp bears nothing.
+The same objects on both. On independent motors contacts are bounded each by itself (L∞), on a
+device with one motor by their sum (L1); what the motors can do through their transmission
+(capability) is asked on both. Every grasp, held or not, is loaded by one rule: from the snapshot,
+the table taken away, with a weight that grows from nothing, until the object has moved 10 mm or
+10°. Medians count every grasp: a ratio is 0 where q* is, infinite where the grasp bears nothing.
 """
 
 from __future__ import annotations
