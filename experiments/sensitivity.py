@@ -80,7 +80,7 @@ class Setting:
     value: float
 
 
-Grasp = tuple[TactileSnapshot, ObjectInfo, tuple[float, float]]
+Grasp = tuple[TactileSnapshot, ObjectInfo, tuple[float, ...]]
 
 
 def changed(grasp: Grasp, setting: Setting, rng: np.random.Generator) -> Grasp:
