@@ -13,6 +13,7 @@ from sdh_sim.setting_table import check, setting
 from sdh_sim.user_references import (
     NAME,
     GraspSet,
+    HandFolder,
     ObjectFolder,
     UserMetric,
     check_metrics,
@@ -48,7 +49,11 @@ class TrialSettings:
     )
     hand: str = field(
         default=DEFAULT_HAND,
-        metadata=setting("Name of the hand.", allowed="see `sdh-sim hand`", placeholder="HAND"),
+        metadata=setting(
+            "Name of the hand, or the folder of your own.",
+            allowed="schunk_sdh2, parallel_jaw, or a path (in Python: its name, with hand_folder)",
+            placeholder="HAND",
+        ),
     )
     torque_limit: tuple[float, ...] = field(
         default=(),
@@ -199,6 +204,12 @@ class TrialSettings:
             option=False,
         ),
     )
+    hand_folder: HandFolder | None = field(
+        default=None,
+        metadata=setting(
+            "Folder of a user's own hand; None takes the built-in one of that name.", option=False
+        ),
+    )
     grasp_set: GraspSet | None = field(
         default=None,
         metadata=setting("File that the grasps come from; None: they are random.", option=False),
@@ -216,7 +227,7 @@ class TrialSettings:
         given = self.torque_limit
         if isinstance(given, list):  # as the command line has it
             given = tuple(given)
-        sdh2 = self.hand == DEFAULT_HAND
+        sdh2 = self.hand == DEFAULT_HAND and self.hand_folder is None
         if sdh2 and not limit:
             limit = PAPER_TORQUE_LIMIT
         fits = all(math.isfinite(t) and 0.0 < t <= LARGEST_TORQUE for t in limit)
@@ -237,6 +248,8 @@ class TrialSettings:
         check(self)
         if self.folder is not None and not isinstance(self.folder, ObjectFolder):
             raise SettingsError(f"folder: got {self.folder!r:.80}; expected an ObjectFolder")
+        if self.hand_folder is not None and not isinstance(self.hand_folder, HandFolder):
+            raise SettingsError(f"hand_folder: got {self.hand_folder!r:.80}; expected a HandFolder")
         self._check_grasps()
         check_metrics(self.metrics)
         if self.support == "table" and self.gravity != "-z":
@@ -273,7 +286,7 @@ class TrialSettings:
         data = dataclasses.asdict(self)
         data["torque_limit"] = list(self.torque_limit)
         data |= {"folder": plain(self.folder), "metrics": plain(self.metrics)}
-        data["grasp_set"] = plain(self.grasp_set)
+        data |= {"grasp_set": plain(self.grasp_set), "hand_folder": plain(self.hand_folder)}
         return data
 
     @classmethod
@@ -293,6 +306,8 @@ class TrialSettings:
                 values["torque_limit"] = tuple(values["torque_limit"])
         if values.get("folder") is not None:
             values["folder"] = ObjectFolder.from_dict(values["folder"])
+        if values.get("hand_folder") is not None:
+            values["hand_folder"] = HandFolder.from_dict(values["hand_folder"])
         if values.get("grasp_set") is not None:
             values["grasp_set"] = GraspSet.from_dict(values["grasp_set"])
         if "metrics" in values:

@@ -18,10 +18,10 @@ from sdh_sim.grasp_files import (
 )
 from sdh_sim.metrics import find_metrics
 from sdh_sim.objects import find_objects, object_names
-from sdh_sim.robot import built_in_hand
+from sdh_sim.robot import find_hand, hand_in
 from sdh_sim.runs import RunPlan
 from sdh_sim.settings import FROM_FILE, RANDOM_GRASPS, TrialSettings
-from sdh_sim.user_references import GraspSet
+from sdh_sim.user_references import GraspSet, HandFolder
 
 
 def make_plan(request: LiftRequest, stored: RunPlan | None) -> RunPlan:
@@ -34,6 +34,8 @@ def make_plan(request: LiftRequest, stored: RunPlan | None) -> RunPlan:
     names, folders = find_objects(_asked_objects(request, stored), before)
     metrics = find_metrics(request.metric, () if stored is None else stored.settings.metrics)
     given = {"object": names[0], "metrics": metrics, **request.settings}
+    if "hand" in given:
+        given["hand"], given["hand_folder"] = _asked_hand(given["hand"], stored)
     grasp_set, entries = _grasp_set(request, stored, names)
     given["grasp_set"] = grasp_set
     if grasp_set is not None:
@@ -44,7 +46,7 @@ def make_plan(request: LiftRequest, stored: RunPlan | None) -> RunPlan:
     else:
         settings = dataclasses.replace(stored.settings, **given)
         trials, seed = stored.trials, stored.seed
-    built_in_hand(settings.hand).check(settings.torque_limit, settings.pads)
+    hand_in(settings).check(settings.torque_limit, settings.pads)
     return RunPlan(
         names,
         settings,
@@ -53,6 +55,13 @@ def make_plan(request: LiftRequest, stored: RunPlan | None) -> RunPlan:
         folders,
         _counts(names, entries) if grasp_set is not None else {},
     )
+
+
+def _asked_hand(word: str, stored: RunPlan | None) -> tuple[str, HandFolder | None]:
+    """The hand asked for; the name of the stored plan's own hand means that one."""
+    if stored is not None and word == stored.settings.hand:
+        return word, stored.settings.hand_folder
+    return find_hand(word)
 
 
 def grasp_file(request: LiftRequest) -> str | None:

@@ -71,14 +71,14 @@ def snapshot_of(row: Mapping[str, Any]) -> TactileSnapshot | None:
     Returns:
         None where the trial ended before its snapshot.
     """
-    arrays = [records.TACTILE + kind for kind in hand_of(row).arrays]
-    if any(row.get(name) is None for name in (*_SNAPSHOT, *arrays)):
+    if any(row.get(name) is None for name in _SNAPSHOT):
         return None
     pose = row.get("perceived_pose_hand")
     return TactileSnapshot(
         tactile={
-            kind: np.asarray(row[records.TACTILE + kind], dtype=float)
-            for kind in hand_of(row).arrays
+            name.removeprefix(records.TACTILE): np.asarray(value, dtype=float)
+            for name, value in row.items()
+            if name.startswith(records.TACTILE) and value is not None
         },
         joint_angles=np.asarray(row["joint_angles_rad"], dtype=float),
         motor_torques=np.asarray(row["motor_torque_nm"], dtype=float),
@@ -120,7 +120,7 @@ def grasp_of(
     Args:
         row: a row as ``records.read_rows`` gives it.
         pads: ``all`` or ``distal``.
-        kinematics: the hand; None takes the one of the process.
+        kinematics: the hand; None takes the built-in one that the row names.
         folders: of users' objects by name, as the run's plan has them.
 
     Raises:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
+import mujoco
 import numpy as np
 
 from sdh_sim.errors import SettingsError
 from sdh_sim.robot.closing import Closing, check_posture
+from sdh_sim.user_references import HandFolder
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,8 @@ class Motor:
         span: least and greatest position [rad or m].
         finger: index of the finger whose closing ratio it follows.
         flexes: sense in which it bends a finger, +1 or -1; 0: it does not.
+        kp, kv: gains of its servo instead of the model's [N m/rad or N/m; the same times s]; None:
+            the model's.
     """
 
     name: str
@@ -37,6 +41,36 @@ class Motor:
     span: tuple[float, float]
     finger: int
     flexes: int
+    kp: float | None = None
+    kv: float | None = None
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """A joint that follows another, which the model leaves out.
+
+    Attributes:
+        joint: that follows.
+        leader: that it follows.
+        ratio: its position over the leader's.
+    """
+
+    joint: str
+    leader: str
+    ratio: float
+
+
+@dataclass(frozen=True)
+class JointDynamics:
+    """What a model may lack that was made for another simulation.
+
+    Attributes:
+        damping: of the joint [N m s/rad or N s/m]; None: the model's.
+        armature: inertia of what turns with it [kg m^2 or kg]; None: the model's.
+    """
+
+    damping: float | None
+    armature: float | None
 
 
 @dataclass(frozen=True)
@@ -111,18 +145,37 @@ class TaxelArray:
 
 
 @dataclass(frozen=True)
+class Frame:
+    """A frame of its own in a body, for a pad or the palm; the model gets a fixed body for it.
+
+    Attributes:
+        body: that carries it.
+        pos: its origin in that body (3,) [m].
+        quat: its axes in that body, w x y z (4,).
+    """
+
+    body: str
+    pos: tuple[float, ...]
+    quat: tuple[float, ...]
+
+
+@dataclass(frozen=True)
 class Pad:
     """One tactile array on a link.
 
     Attributes:
         name: of the pad.
-        body: link that carries it.
+        body: whose frame is the pad's: x out of the pad, z toward row 0.
         array: what it is.
+        frame: where that body is in the link; None: it is the link itself.
+        replaces: geoms of the link whose contacts the taxels take over, by name.
     """
 
     name: str
     body: str
     array: TaxelArray
+    frame: Frame | None = None
+    replaces: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -152,6 +205,11 @@ class Hand:
         motors, fingers, pads: in the order of every array.
         closings: by name.
         reaches: of the closings that random grasps take, by name.
+        joints: dynamics of joints instead of the model's, by name.
+        couplings: of joints, which the model leaves out.
+        palm_frame: where the palm is in another body; None: it is a body of the model.
+        folder: reference to a user's folder; None: a built-in hand.
+        made: model of a user's folder, to be copied; None: ``model`` is read.
     """
 
     name: str
@@ -163,6 +221,11 @@ class Hand:
     pads: tuple[Pad, ...]
     closings: Mapping[str, Closing]
     reaches: Mapping[str, Reach]
+    joints: Mapping[str, JointDynamics] = field(default_factory=dict)
+    couplings: tuple[Coupling, ...] = ()
+    palm_frame: Frame | None = None
+    folder: HandFolder | None = None
+    made: mujoco.MjSpec | None = None
 
     @cached_property
     def motor_names(self) -> tuple[str, ...]:

@@ -13,11 +13,11 @@ def columns_of_run(settings: TrialSettings) -> tuple[Column, ...]:
         SettingsError: no such hand.
     """
     metrics = added_columns(settings.metrics)
-    if settings.hand == DEFAULT_HAND:
+    if settings.hand == DEFAULT_HAND and settings.hand_folder is None:
         return metrics
-    from sdh_sim.robot import built_in_hand  # what knows hands takes its time to load
+    from sdh_sim.robot import hand_in  # what knows hands takes its time to load
 
-    hand = built_in_hand(settings.hand)
+    hand = hand_in(settings)
     counts = {kind: sum(pad.array.kind == kind for pad in hand.pads) for kind in hand.arrays}
     shapes = {kind: (counts[kind], *array.shape) for kind, array in hand.arrays.items()}
     return (*hand_columns(HandShape(len(hand.motors), shapes)), *metrics)

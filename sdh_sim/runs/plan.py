@@ -180,6 +180,8 @@ class RunPlan:
         flat["metrics"] = [f"{m.name} ({_short(m.sha256)})" for m in self.settings.metrics]
         grasp_set = self.settings.grasp_set
         flat["grasp_set"] = "none" if grasp_set is None else _short(grasp_set.sha256)
+        hand = self.settings.hand_folder
+        flat["hand_folder"] = "none" if hand is None else _short(hand.sha256)
         flat["grasp_counts"] = [f"{name} {count}" for name, count in self.grasp_counts.items()]
         flat["folders"] = [f"{n} ({_short(f.sha256)})" for n, f in sorted(self.folders.items())]
         return flat
