@@ -25,6 +25,7 @@ from sdh_sim.analysis.comparison import Comparison, compare_scores, name_of
 from sdh_sim.analysis.load_agreement import spearman
 from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.analysis.resampling import RESAMPLES
+from sdh_sim.atomic_files import write_atomic
 from sdh_sim.errors import Diverged
 from sdh_sim.objects import PAPER_ORDER
 from sdh_sim.report.figure_style import colour_of, save, style
@@ -38,6 +39,7 @@ DEVICES = {
     "schunk_sdh2": TrialSettings("box"),
     "parallel_jaw": TrialSettings("box", hand="parallel_jaw", torque_limit=(40.0,)),
 }
+PADS_ALONE = 0.99  # of the force on the object, from which on nothing else counts as touching
 EDGE = 3.0  # of the figure: powers of two of the ratio
 NAMES = {"schunk_sdh2": "SDH-2, seven motors", "parallel_jaw": "parallel jaw, one motor"}
 
@@ -51,12 +53,18 @@ class Seen:
         held: whether the grasp held in the lift.
         loads: predicted by each bound, and held in simulation, in weights (bounds + 1,).
         capped: the largest load was held.
+        object: name of the object.
+        seed: of the trial.
+        sensed: share of the hand's force on the object that the pads felt, at the snapshot.
     """
 
     device: str
     held: bool
     loads: np.ndarray
     capped: bool
+    object: str = ""
+    seed: int = 0
+    sensed: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -82,7 +90,12 @@ def observe(job: Job) -> Seen | None:
         return None
     assert trial.prediction is not None
     predicted = [trial.prediction.values[bound] for bound in BOUNDS]
-    return Seen(job.device, held, np.array([*predicted, load.load]), load.capped)
+    row = trial.row
+    assert row.sensed_force_n is not None
+    assert row.unsensed_force_n is not None
+    share = row.sensed_force_n / (row.sensed_force_n + row.unsensed_force_n)
+    loads = np.array([*predicted, load.load])
+    return Seen(job.device, held, loads, load.capped, job.settings.object, job.seed, share)
 
 
 @dataclass(frozen=True)
@@ -145,11 +158,21 @@ def findings(seen: Sequence[Seen]) -> list[Finding]:
     return found
 
 
-def table_of(found: Sequence[Finding]) -> Table:
+def csv_of(seen: Sequence[Seen]) -> str:
+    """A line for every grasp: where it comes from, what was predicted, what it bore."""
+    heads = ("device", "object", "seed", "held", *BOUNDS, "q_sim", "capped", "sensed_share")
+    lines = [
+        (s.device, s.object, s.seed, int(s.held), *s.loads.tolist(), int(s.capped), s.sensed)
+        for s in seen
+    ]
+    return "\n".join(",".join(map(str, line)) for line in [heads, *lines]) + "\n"
+
+
+def table_of(found: Sequence[Finding], title: str) -> Table:
     """A line for every bound on every device."""
     heads = ("device", "bound", "grasps", "q*/q_sim, median", "spread ×", "rank corr.", "AUC",
              "accuracy at 1 %", "TPR %", "FPR %")  # fmt: skip
-    table = Table()
+    table = Table(title=title)
     for head in heads:
         table.add_column(head, justify="left" if head in heads[:2] else "right")
     for f in found:
@@ -224,9 +247,16 @@ def main(argv: list[str] | None = None) -> None:
     ]
     seen = [s for s in run_all(observe, jobs, "grasps") if s is not None]
     found = findings(seen)
-    Console(width=140).print(table_of(found))
+    console = Console(width=140)
+    console.print(table_of(found, "every grasp"))
+    pads_alone = [s for s in seen if s.sensed > PADS_ALONE]
+    if all(any(s.device == device for s in pads_alone) for device in DEVICES):
+        heading = f"grasps that nothing but the pads holds ({PADS_ALONE:.0%} of the force)"
+        console.print(table_of(findings(pads_alone), heading))
     try:
         args.out.mkdir(parents=True, exist_ok=True)
+        write_atomic(args.out / "devices.csv", csv_of(seen).encode())
+        print(f"every grasp: {args.out / 'devices.csv'}")
         print(f"figure: {draw(found, args.out / 'devices')}")
     except OSError as error:
         fail(f"cannot write to {args.out}: {error.strerror or error}; choose another --out")

@@ -36,8 +36,8 @@ def built_in_hand(name: str = DEFAULT_HAND) -> Hand:
     path = models_dir() / name / FILE
     if not path.is_file():
         raise HandError(
-            f"hand: got {name!r:.80}; choose one of {', '.join(built_in_hands())}, or give the path "
-            "of a folder with a hand of your own"
+            f"hand: got {name!r:.80}; choose one of {', '.join(built_in_hands())}, or give the "
+            "path of a folder with a hand of your own"
         )
     return read_hand_file(path.read_bytes(), path.parent, _spans)
 

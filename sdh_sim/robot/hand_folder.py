@@ -20,8 +20,8 @@ from sdh_sim.robot.hand_file import model_of, read_hand_file
 from sdh_sim.robot.hand_mjcf import read_mjcf
 from sdh_sim.robot.hand_model import complete, make_servos, name_parts, spans_of
 from sdh_sim.robot.toml_table import FILE
-from sdh_sim.user_files.folder import Folder, FolderKind
 from sdh_sim.settings import TrialSettings
+from sdh_sim.user_files.folder import Folder, FolderKind
 from sdh_sim.user_references import HandFolder
 
 HAND_KIND = FolderKind("hand", HandError, f"{FILE} and the MJCF file that it names")
