@@ -30,6 +30,7 @@ GROUND = {
 }  # fmt: skip
 LEVELS = [
     GROUND,
+    {"user_files"},
     {"robot", "objects", "records"},
     {"cell", "grasp_files", "analysis"},
     {"sensing", "runs", "report"},

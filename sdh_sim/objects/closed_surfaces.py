@@ -15,8 +15,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from sdh_sim.errors import MeshError
-from sdh_sim.objects.mesh_limits import MAX_PARTS, MeshPiece
 from sdh_sim.objects.touching_surfaces import edges_of, shells
+from sdh_sim.user_files.mesh_limits import MAX_PARTS, MeshPiece
 
 # Corners that a file should have at one place differ by its rounding: six digits of text, or single
 # precision far from the origin. Relative to the diagonal of the mesh's box; the first that closes

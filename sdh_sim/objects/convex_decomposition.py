@@ -24,7 +24,7 @@ import numpy as np
 
 from sdh_sim.atomic_files import write_atomic
 from sdh_sim.errors import MeshError
-from sdh_sim.objects.mesh_limits import MAX_FACES, MeshPiece
+from sdh_sim.user_files.mesh_limits import MAX_FACES, MeshPiece
 
 # CoACD's own defaults but for the seed, which it documents, and as many parts as are taken.
 PARAMETERS = {"threshold": 0.05, "max_convex_hull": 64, "seed": 0}

@@ -10,8 +10,8 @@ from dataclasses import asdict
 from pathlib import PurePosixPath
 from typing import Any
 
-from sdh_sim.objects.facts import DEFAULT_SPREAD, MESHES, MJCF, Facts, Spread
-from sdh_sim.objects.folder_reader import FACTS, Folder, show
+from sdh_sim.objects.facts import DEFAULT_SPREAD, FACTS, MESHES, MJCF, Facts, Spread
+from sdh_sim.user_files.folder import Folder, show
 from sdh_sim.user_references import NAME
 
 MAX_FACTS = 16 << 10  # [bytes]

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sdh_sim.errors import ObjectError
-from sdh_sim.objects.mesh_limits import MeshPiece
+from sdh_sim.user_files.mesh_limits import MeshPiece
 
 if TYPE_CHECKING:
-    from sdh_sim.objects.folder_reader import Folder
+    from sdh_sim.user_files.folder import Folder
 
 MAX_MTL = 1 << 20  # [bytes]
 MAX_LIBRARIES = 8

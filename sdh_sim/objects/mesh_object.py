@@ -9,12 +9,12 @@ import numpy as np
 
 from sdh_sim.objects.extents import check_extents
 from sdh_sim.objects.facts import Facts
-from sdh_sim.objects.folder_reader import Folder
 from sdh_sim.objects.geoms import set_surface
 from sdh_sim.objects.mesh_colours import ColouredSurface, coloured_surfaces
-from sdh_sim.objects.mesh_files import read_mesh
-from sdh_sim.objects.mesh_limits import MAX_MESH, joined
 from sdh_sim.objects.mesh_parts import Parts, parts_of
+from sdh_sim.user_files.folder import Folder
+from sdh_sim.user_files.mesh_limits import MAX_MESH, joined
+from sdh_sim.user_files.meshes import read_mesh
 
 _COLOUR = (0.55, 0.62, 0.7, 1.0)
 _KIND = mujoco.mjtMeshInertia

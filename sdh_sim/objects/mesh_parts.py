@@ -16,7 +16,7 @@ from scipy.spatial import ConvexHull, QhullError
 from sdh_sim.errors import MeshError
 from sdh_sim.objects.closed_surfaces import find_surfaces
 from sdh_sim.objects.convex_decomposition import decomposed
-from sdh_sim.objects.mesh_limits import MAX_PARTS, MeshPiece
+from sdh_sim.user_files.mesh_limits import MAX_PARTS, MeshPiece
 
 HULL_RATIO = 1.05  # a hull of up to so many times the volume counts as the mesh itself
 

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from sdh_sim.errors import MjcfError
-from sdh_sim.objects.mjcf_tree import read_tree
 from sdh_sim.objects.mjcf_words import (
     ATTRIBUTES,
     CHILDREN,
@@ -25,9 +24,10 @@ from sdh_sim.objects.mjcf_words import (
     SHAPES,
     Attribute,
 )
+from sdh_sim.user_files.mjcf_tree import read_tree
 
 if TYPE_CHECKING:
-    from sdh_sim.objects.folder_reader import Folder
+    from sdh_sim.user_files.folder import Folder
 
 MAX_GEOMS = 64
 MAX_MESHES = 64

@@ -14,14 +14,14 @@ import numpy as np
 from sdh_sim.errors import MeshError, MjcfError
 from sdh_sim.objects.contact_settings import WATER
 from sdh_sim.objects.facts import MESHES, Facts
-from sdh_sim.objects.folder_reader import Folder
 from sdh_sim.objects.geoms import collides, set_surface
-from sdh_sim.objects.mesh_files import read_mesh
-from sdh_sim.objects.mesh_limits import MAX_FACES, MAX_MESH, MAX_PARTS, MeshPiece, joined
 from sdh_sim.objects.mesh_parts import Part, Parts, hull_of, parts_of
 from sdh_sim.objects.mjcf_files import ObjectTree, parse_mjcf
 from sdh_sim.objects.mjcf_words import SHAPES
 from sdh_sim.poses import rotation_of
+from sdh_sim.user_files.folder import Folder
+from sdh_sim.user_files.mesh_limits import MAX_FACES, MAX_MESH, MAX_PARTS, MeshPiece, joined
+from sdh_sim.user_files.meshes import read_mesh
 
 _KIND = mujoco.mjtMeshInertia
 

@@ -8,9 +8,9 @@ import numpy as np
 from sdh_sim.errors import MjcfError
 from sdh_sim.objects.collision_shape import collision_vertices
 from sdh_sim.objects.facts import Facts
-from sdh_sim.objects.folder_reader import Folder
 from sdh_sim.objects.standing import proposed_pose, settle
 from sdh_sim.poses import rotation_of
+from sdh_sim.user_files.folder import Folder
 
 
 def set_mass_and_pose(folder: Folder, spec: mujoco.MjSpec, facts: Facts, file: str) -> list[str]:

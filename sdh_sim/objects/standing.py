@@ -22,7 +22,7 @@ from sdh_sim.objects.stable_poses import LEVEL, StablePose, margin_within, stabl
 from sdh_sim.poses import product, rotation_of
 
 if TYPE_CHECKING:
-    from sdh_sim.objects.folder_reader import Folder
+    from sdh_sim.user_files.folder import Folder
 
 FALLS = np.radians(15.0)  # an object that would tilt further than that falls over
 SHIFTS = np.radians(0.5)  # one that tilts less when the table yields is left as it is

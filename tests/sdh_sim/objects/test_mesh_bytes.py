@@ -9,7 +9,7 @@ import pytest
 
 from sdh_sim.errors import MeshError
 from sdh_sim.objects import user_object
-from sdh_sim.objects.mesh_bytes import read_msh, stl_kind
+from sdh_sim.user_files.mesh_bytes import read_msh, stl_kind
 from tests.support.object_files import (
     BLOCK_INERTIA,
     A,

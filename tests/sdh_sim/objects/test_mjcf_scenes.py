@@ -11,10 +11,11 @@ import trimesh
 
 from sdh_sim.objects import user_object
 from sdh_sim.objects.collision_shape import collision_vertices
+from sdh_sim.objects.facts import OBJECT_KIND
 from sdh_sim.objects.facts_file import read_facts
-from sdh_sim.objects.folder_reader import Folder
 from sdh_sim.objects.mjcf_object import from_mjcf
 from sdh_sim.poses import rotation_of
+from sdh_sim.user_files.folder import Folder
 from tests.support.object_files import FACTS, A, B, C, block, info_of, object_folder, refusal
 
 PLAIN = "<geom type='box' size='0.03 0.04 0.06'/>"
@@ -33,7 +34,7 @@ def folder(
 
 def shape_of(path: Path) -> tuple[mujoco.MjModel, tuple[str, ...]]:
     """The shape of a folder, before it is put on the table, and notes."""
-    reader = Folder(path)
+    reader = Folder(path, OBJECT_KIND)
     spec, _, notes = from_mjcf(reader, read_facts(reader), "block.xml")
     return spec.compile(), tuple(notes)
 

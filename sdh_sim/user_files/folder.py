@@ -1,7 +1,7 @@
-"""The folder of a user's object: its files are read whole, within bounds.
+"""A folder of a user's own: its files are read whole, within bounds.
 
 No file outside the folder is opened, whatever the files in it say. Each file is read once, so that
-the SHA-256 is that of the bytes which become the object.
+the SHA-256 is that of the bytes that are used.
 """
 
 from __future__ import annotations
@@ -9,13 +9,28 @@ from __future__ import annotations
 import hashlib
 import os
 import stat
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from sdh_sim.errors import ObjectError
+from sdh_sim.errors import SettingsError
 
-FACTS = "object.toml"
-MAX_FILES = 65  # that the object is made of
+MAX_FILES = 65  # that an object or a hand is made of
 MAX_ENTRIES = 1000  # in the folder, files that are not read included
+
+
+@dataclass(frozen=True)
+class FolderKind:
+    """What a folder describes.
+
+    Attributes:
+        what: word for it, such as ``object``, with which messages begin.
+        error: raised where the folder cannot be used.
+        content: what the folder must hold, for messages.
+    """
+
+    what: str
+    error: type[SettingsError]
+    content: str
 
 
 def show(value: object, length: int = 80) -> str:
@@ -28,13 +43,15 @@ class Folder:
     """A folder and the files of it that have been read.
 
     Attributes:
+        kind: what it describes.
         path: absolute path of the folder.
 
     Raises:
-        ObjectError: it is no folder, or its path is not printable.
+        SettingsError: of the kind's class: it is no folder, or its path is not printable.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, kind: FolderKind) -> None:
+        self.kind = kind
         try:
             self.path = Path(path).expanduser().absolute()
             self._root = self.path.resolve(strict=True)
@@ -42,25 +59,24 @@ class Folder:
                 raise NotADirectoryError(0, "it is not a folder")
         except (OSError, ValueError, RuntimeError) as error:
             reason = getattr(error, "strerror", None) or "not a path"
-            raise ObjectError(
-                f"object: {show(str(path), 400)}: {reason}; give a folder with {FACTS} and a mesh "
-                "or an MJCF file"
+            raise kind.error(
+                f"{kind.what}: {show(str(path), 400)}: {reason}; give a folder with {kind.content}"
             ) from error
         if not str(self.path).isprintable():
-            raise ObjectError(f"object: {show(str(path), 400)}: the path must be printable")
+            raise kind.error(f"{kind.what}: {show(str(path), 400)}: the path must be printable")
         self._read: dict[str, bytes] = {}
 
-    def error(self, problem: str) -> ObjectError:
+    def error(self, problem: str) -> SettingsError:
         """An error whose message names this folder and says what the problem is."""
         # Messages quote files: no control characters, no change of writing direction.
         clean = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in problem)
-        return ObjectError(f"object: {self.path}: {clean}")
+        return self.kind.error(f"{self.kind.what}: {self.path}: {clean}")
 
     def names(self) -> list[str]:
         """Names of the files and folders in the folder itself, sorted.
 
         Raises:
-            ObjectError: too many of them, or the folder cannot be read.
+            SettingsError: too many of them, or the folder cannot be read.
         """
         found: list[str] = []
         try:
@@ -69,7 +85,7 @@ class Folder:
                     if len(found) >= MAX_ENTRIES:
                         raise self.error(
                             f"it holds more than {MAX_ENTRIES} files; give a folder of the "
-                            "object's own"
+                            f"{self.kind.what}'s own"
                         )
                     found.append(entry.name)
         except OSError as error:
@@ -82,10 +98,10 @@ class Folder:
         Args:
             name: of the file, relative to the folder, with ``/``.
             limit: largest size [bytes].
-            counts: the object is made of it, so that it belongs to the digest.
+            counts: the object or hand is made of it, so that it belongs to the digest.
 
         Raises:
-            ObjectError: the name leads out of the folder, or it is no file, is larger than the
+            SettingsError: the name leads out of the folder, or it is no file, is larger than the
                 limit or cannot be read.
         """
         if name in self._read:
@@ -133,7 +149,7 @@ class Folder:
         """Digest of the names and bytes of all files that count, read so far, in hexadecimal.
 
         Args:
-            computed: what the object is made of beside its files.
+            computed: what it is made of beside its files.
         """
         digest = hashlib.sha256()
         for name, data in sorted(self._read.items()):

@@ -11,7 +11,7 @@ from xml.parsers import expat
 from sdh_sim.errors import MjcfError
 
 if TYPE_CHECKING:
-    from sdh_sim.objects.folder_reader import Folder
+    from sdh_sim.user_files.folder import Folder
 
 MAX_MJCF = 1 << 20  # [bytes]
 MAX_ELEMENTS = 2000
@@ -27,7 +27,7 @@ def read_tree(folder: Folder, file: str) -> ET.Element:
 
     Raises:
         MjcfError: not XML, not MJCF, or over the bounds.
-        ObjectError: an included file that cannot be read, or lies outside the folder.
+        SettingsError: an included file that cannot be read, or lies outside the folder.
     """
     root = _parse(folder.read(file, MAX_MJCF))
     if root.tag != "mujoco":

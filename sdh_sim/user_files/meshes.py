@@ -20,8 +20,8 @@ import numpy as np
 import trimesh
 
 from sdh_sim.errors import MeshError
-from sdh_sim.objects.mesh_bytes import read_msh, stl_kind
-from sdh_sim.objects.mesh_limits import MAX_FACES, MeshPiece
+from sdh_sim.user_files.mesh_bytes import read_msh, stl_kind
+from sdh_sim.user_files.mesh_limits import MAX_FACES, MeshPiece
 
 MAX_GROUPS = 1000  # that an OBJ file divides its faces into
 _GROUP = re.compile(rb"(?m)^[ \t]*(?:o|g|usemtl|s|endsolid)\b")
