@@ -1,4 +1,4 @@
-"""References to what users bring: an object's folder, a metric's function, a file of grasps.
+"""References to what users bring: folders of objects and hands, metrics, files of grasps.
 
 References are small, go to every worker and stand in ``run.json``. The SHA-256 of what they point
 to comes along, so that a run never goes on with another object or another metric.
@@ -55,6 +55,41 @@ class ObjectFolder:
         else:
             notes = ()
         return cls(**_fields("object", data, ("path", "sha256")), notes=notes)
+
+
+@dataclass(frozen=True)
+class HandFolder:
+    """A user's hand.
+
+    Attributes:
+        path: absolute path of its folder.
+        sha256: of the files that make the hand: hand.toml, MJCF, what it includes, and meshes.
+        notes: what was done with the files to make the hand of them, for the user.
+
+    Raises:
+        SettingsError: not a path, not a SHA-256 or not notes.
+    """
+
+    path: str = field(repr=False)  # the hand is the same wherever its folder lies
+    sha256: str
+    notes: tuple[str, ...] = field(default=(), compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        _text("hand", self.path)
+        _digest("hand", self.sha256)
+        if len(self.notes) > MAX_NOTES:
+            raise SettingsError(f"hand: got {len(self.notes)} notes; at most {MAX_NOTES}")
+        for note in self.notes:
+            _text("hand", note)
+
+    @classmethod
+    def from_dict(cls, data: Any) -> HandFolder:
+        """The reference that ``plain`` gave; raises SettingsError."""
+        given = dict(data) if isinstance(data, dict) else data
+        notes = given.pop("notes", []) if isinstance(given, dict) else []
+        if not isinstance(notes, list):
+            raise SettingsError(f"hand: got {notes!r:.80} as notes; expected a list")
+        return cls(**_fields("hand", given, ("path", "sha256")), notes=tuple(notes))
 
 
 @dataclass(frozen=True)

@@ -63,6 +63,7 @@ def hand_bound(grasp: PerceivedGrasp, held: bool, whole: bool = False) -> gq.Han
         grasp.torque_limits,
         motor_torque=grasp.snapshot.motor_torques if held else None,
         slack=HELD_SLACK,
+        transmission=grasp.transmission,
     )
 
 

@@ -11,8 +11,11 @@ import numpy as np
 from sdh_sim.errors import HandError
 from sdh_sim.model_files import models_dir
 from sdh_sim.robot.closing import Closing
-from sdh_sim.robot.hand_description import Hand, Pad
-from sdh_sim.robot.hand_file import FILE, read_hand_file
+from sdh_sim.robot.hand_description import Hand
+from sdh_sim.robot.hand_file import read_hand_file
+from sdh_sim.robot.hand_model import taxel_name
+from sdh_sim.robot.mechanism import Mechanism, Motions
+from sdh_sim.robot.toml_table import FILE
 from sdh_sim.settings import DEFAULT_HAND
 
 HAND = "hand/"  # prefix of its names in a workcell
@@ -63,12 +66,9 @@ def closing_between(open: object, closed: object) -> Closing:
 
 def hand_spec(hand: Hand) -> mujoco.MjSpec:
     """The model of a hand, new at each call."""
+    if hand.made is not None:
+        return hand.made.copy()
     return mujoco.MjSpec.from_file(str(hand.model))
-
-
-def taxel_name(pad: Pad, row: int, column: int) -> str:
-    """Name of the geom that is a taxel, in the model of the hand."""
-    return f"{pad.name}_r{row:02d}_c{column}"
 
 
 def taxel_names(hand: Hand) -> list[list[str]]:
@@ -110,7 +110,10 @@ class HandKinematics:
     Attributes:
         hand: the hand.
         model: it, without taxel geoms; its world frame is the mounting face.
-        selection: all joint positions are this times the motors', (joints, motors).
+        mechanism: how motors move joints; None where each drives a joint of its own, and joints
+            without a motor follow one in proportion.
+        selection: all joint positions are this times the motors', (joints, motors); with a
+            mechanism, joint speeds at the model's reference posture, passive joints still.
     """
 
     def __init__(self, hand: Hand | None = None) -> None:
@@ -118,17 +121,48 @@ class HandKinematics:
         spec = hand_spec(self.hand)
         strip_taxels(spec, self.hand)
         self.model = spec.compile()
+        self.mechanism: Mechanism | None = None
         # The same matrix takes joint to motor Jacobians.
-        self.selection = _selection(self.model, self.hand)
+        if _is_direct(self.model, self.hand):
+            self.selection = _selection(self.model, self.hand)
+        else:
+            self.mechanism = Mechanism(self.model, self.hand.motor_names, self.hand.name)
+            motions = self.mechanism.motions(self.model.qpos0)
+            columns, driven = motions.columns, motions.driven
+            self.selection = columns if driven is None else columns @ driven
         self.selection.setflags(write=False)
 
-    def at(self, angles: np.ndarray) -> HandPosture:
-        """The hand at motor positions (n,) [rad or m]."""
-        return HandPosture(self, angles)
+    def at(self, angles: np.ndarray, joints: np.ndarray | None = None) -> HandPosture:
+        """The hand at motor positions (n,) [rad or m].
+
+        Args:
+            angles: positions of the motors.
+            joints: of all joints where they are known; None: as ``joint_positions`` has them.
+        """
+        return HandPosture(self, self.joint_positions(angles) if joints is None else joints)
 
     def joint_positions(self, angles: np.ndarray) -> np.ndarray:
-        """Positions of all joints, coupled ones too, in the MJCF's order [rad or m]."""
+        """Positions of all joints, coupled ones too, in the MJCF's order [rad or m].
+
+        With passive joints these are where nothing but springs and stops holds them.
+        """
+        if self.mechanism is not None:
+            return self.mechanism.positions(angles)
         return self.selection @ angles
+
+    def motions(self, joints: np.ndarray) -> Motions:
+        """What moves at positions of all joints [rad or m]."""
+        if self.mechanism is not None:
+            return self.mechanism.motions(joints)
+        return Motions(self.selection, None, None)
+
+    def transmission(
+        self, angles: np.ndarray, joints: np.ndarray | None = None
+    ) -> np.ndarray | None:
+        """Moment arms of the motors about the columns of the Jacobians; arguments as ``at``."""
+        if self.mechanism is None or not self.mechanism.passive:
+            return None
+        return self.motions(self.joint_positions(angles) if joints is None else joints).transmission
 
     def palm_offset(self) -> tuple[np.ndarray, np.ndarray]:
         """Position (3,) [m] and quaternion (4,) of the palm on the mounting face."""
@@ -136,6 +170,20 @@ class HandKinematics:
         mujoco.mj_kinematics(self.model, data)
         palm = self.model.body(self.hand.palm).id
         return data.xpos[palm].copy(), data.xquat[palm].copy()
+
+
+def _is_direct(model: mujoco.MjModel, hand: Hand) -> bool:
+    """Whether every motor drives a joint and all others follow one in proportion, from zero."""
+    follows = model.eq_type == mujoco.mjtEq.mjEQ_JOINT
+    if not follows.all() or model.qpos0.any() or (model.eq_obj2id < 0).any():
+        return False
+    if model.eq_data[:, [0, 2, 3, 4]].any():
+        return False
+    ids = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, n) for n in hand.motor_names]
+    on_joint = model.actuator_trntype[[k for k in ids if k >= 0]] == mujoco.mjtTrn.mjTRN_JOINT
+    joints = {int(model.actuator_trnid[k, 0]) for k in ids if k >= 0}
+    own = len(joints) == len(ids) and on_joint.all()
+    return bool(own) and len(joints | set(model.eq_obj1id.tolist())) == model.njnt
 
 
 def _selection(model: mujoco.MjModel, hand: Hand) -> np.ndarray:
@@ -175,13 +223,18 @@ class HandPosture:
 
     Args:
         kinematics: the hand.
-        angles: positions of its motors (n,) [rad or m].
+        joints: positions of all its joints [rad or m].
+
+    Attributes:
+        transmission: moment arms of the motors about the n columns of the Jacobians (motors, n);
+            None: the columns are the motors.
     """
 
-    def __init__(self, kinematics: HandKinematics, angles: np.ndarray) -> None:
-        self._model, self._selection = kinematics.model, kinematics.selection
+    def __init__(self, kinematics: HandKinematics, joints: np.ndarray) -> None:
+        self._model = kinematics.model
+        self._selection, self.transmission, self._driven = kinematics.motions(joints)
         self._data = mujoco.MjData(self._model)
-        self._data.qpos[:] = kinematics.joint_positions(angles)
+        self._data.qpos[:] = joints
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_comPos(self._model, self._data)
         palm = self._model.body(kinematics.hand.palm).id
@@ -195,7 +248,9 @@ class HandPosture:
         return self._axes.T @ offset, self._axes.T @ self._data.xmat[index].reshape(3, 3)
 
     def jacobian(self, body: str, point: np.ndarray) -> np.ndarray:
-        """Velocity of a point of a body per motor velocity, in the palm frame (3, n) [m/rad].
+        """Velocity of a point of a body per column's velocity, in the palm frame (3, n) [m/rad].
+
+        The columns are the motors, or the independent joints where ``transmission`` says so.
 
         Args:
             body: body that the point is fixed to.
@@ -206,8 +261,12 @@ class HandPosture:
         mujoco.mj_jac(self._model, self._data, full, None, world, self._model.body(body).id)
         return self._axes.T @ full @ self._selection
 
+    def of_motors(self, jacobian: np.ndarray) -> np.ndarray:
+        """A Jacobian (…, n) per motor velocity (…, motors), passive joints kept still."""
+        return jacobian if self._driven is None else jacobian @ self._driven
+
     def spin_jacobian(self, body: str) -> np.ndarray:
-        """Angular velocity of a body per motor velocity, in the palm frame (3, n) [rad/rad]."""
+        """Angular velocity of a body per column's velocity, in the palm frame (3, n)."""
         full = np.zeros((3, self._model.nv))
         mujoco.mj_jacBody(self._model, self._data, None, full, self._model.body(body).id)
         return self._axes.T @ full @ self._selection

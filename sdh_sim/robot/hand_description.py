@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+import mujoco
 import numpy as np
 
 from sdh_sim.errors import SettingsError
 from sdh_sim.robot.closing import Closing, check_posture
+from sdh_sim.user_references import HandFolder
 
 
 @dataclass(frozen=True)
@@ -111,18 +113,37 @@ class TaxelArray:
 
 
 @dataclass(frozen=True)
+class Frame:
+    """A frame of its own in a body, for a pad or the palm; the model gets a fixed body for it.
+
+    Attributes:
+        body: that carries it.
+        pos: its origin in that body (3,) [m].
+        quat: its axes in that body, w x y z (4,).
+    """
+
+    body: str
+    pos: tuple[float, ...]
+    quat: tuple[float, ...]
+
+
+@dataclass(frozen=True)
 class Pad:
     """One tactile array on a link.
 
     Attributes:
         name: of the pad.
-        body: link that carries it.
+        body: whose frame is the pad's: x out of the pad, z toward row 0.
         array: what it is.
+        frame: where that body is in the link; None: it is the link itself.
+        replaces: geoms of the link whose contacts the taxels take over, by name.
     """
 
     name: str
     body: str
     array: TaxelArray
+    frame: Frame | None = None
+    replaces: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -152,6 +173,9 @@ class Hand:
         motors, fingers, pads: in the order of every array.
         closings: by name.
         reaches: of the closings that random grasps take, by name.
+        palm_frame: where the palm is in another body; None: it is a body of the model.
+        folder: reference to a user's folder; None: a built-in hand.
+        made: model of a user's folder, to be copied; None: ``model`` is read.
     """
 
     name: str
@@ -163,6 +187,9 @@ class Hand:
     pads: tuple[Pad, ...]
     closings: Mapping[str, Closing]
     reaches: Mapping[str, Reach]
+    palm_frame: Frame | None = None
+    folder: HandFolder | None = None
+    made: mujoco.MjSpec | None = None
 
     @cached_property
     def motor_names(self) -> tuple[str, ...]:

@@ -6,114 +6,20 @@ The page Extending of the documentation explains every key.
 from __future__ import annotations
 
 import math
-import re
 import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from sdh_sim.errors import HandError
 from sdh_sim.robot.closing import Closing, check_posture
-from sdh_sim.robot.hand_description import Finger, Hand, Motor, Pad, Reach, TaxelArray
+from sdh_sim.robot.hand_description import Finger, Frame, Hand, Motor, Pad, Reach, TaxelArray
+from sdh_sim.robot.toml_table import TomlTable, show
 
-FILE = "hand.toml"
 MAX_MOTORS, MAX_FINGERS, MAX_PADS, MAX_CLOSINGS = 32, 10, 40, 20
 MAX_ROWS = 64  # of an array, and columns
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,47}")
-
-
-class Reader:
-    """A table of the file: values of a type each, every key asked for once.
-
-    Args:
-        where: the table in messages.
-        values: by key.
-    """
-
-    def __init__(self, where: str, values: object) -> None:
-        if not isinstance(values, dict):
-            raise HandError(f"{where or FILE} is {_show(values)}; expected a table")
-        self._where, self._values, self._asked = where, values, set[str]()
-
-    def error(self, key: str, problem: str) -> HandError:
-        """The error for a key."""
-        return HandError(f"{self._where}.{key}".lstrip(".") + f" {problem}")
-
-    def get(
-        self, key: str, kind: type | tuple[type, ...], expected: str, default: Any = ...
-    ) -> Any:
-        """The value of a key; ``default`` where it may be left out."""
-        self._asked.add(key)
-        if key not in self._values:
-            if default is ...:
-                raise self.error(key, f"is missing; expected {expected}")
-            return default
-        value = self._values[key]
-        if not isinstance(value, kind) or (isinstance(value, bool) and bool not in _types(kind)):
-            raise self.error(key, f"is {_show(value)}; expected {expected}")
-        return value
-
-    def name(self, key: str, default: Any = ...) -> str:
-        """A name."""
-        value = self.get(key, str, "a name", default)
-        if value is not default and not _NAME.fullmatch(value):
-            raise self.error(key, f"is {_show(value)}; a name has letters, digits, _ and -")
-        return value
-
-    def number(self, key: str, low: float, high: float, default: Any = ...) -> float:
-        """A finite number within bounds."""
-        value = self.get(key, (int, float), "a number", default)
-        if value is not default and not low <= value <= high:
-            raise self.error(key, f"is {_show(value)}; allowed is {low:g} to {high:g}")
-        return float(value)
-
-    def whole(self, key: str, low: int, high: int, default: Any = ...) -> int:
-        """A whole number within bounds."""
-        value = self.get(key, int, "a whole number", default)
-        if not low <= value <= high:
-            raise self.error(key, f"is {_show(value)}; allowed is {low} to {high}")
-        return value
-
-    def numbers(self, key: str, count: int, default: Any = ...) -> tuple[float, ...]:
-        """So many finite numbers."""
-        value = self.get(key, list, f"a list of {count} numbers", default)
-        if value is default:
-            return value
-        good = all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in value)
-        if len(value) != count or not good or not all(map(math.isfinite, value)):
-            raise self.error(key, f"is {_show(value)}; expected {count} finite numbers")
-        return tuple(map(float, value))
-
-    def names(self, key: str, known: Sequence[str] | None, default: Any = ...) -> tuple[str, ...]:
-        """A list of names, of those known where that is given."""
-        value = self.get(key, list, "a list of names", default)
-        for item in value:
-            if not isinstance(item, str) or (known is not None and item not in known):
-                hint = "a name" if known is None else f"one of {', '.join(known)}"
-                raise self.error(key, f"has {_show(item)}; expected {hint}")
-        return tuple(value)
-
-    def tables(self, key: str, most: int, default: Any = ...) -> Iterator[tuple[str, Reader]]:
-        """The tables below a key by name, in the order of the file."""
-        found = self.get(key, dict, "tables by name", default)
-        if len(found) > most:
-            raise self.error(key, f"has {len(found)} tables; at most {most} are taken")
-        for name, values in found.items():
-            if not _NAME.fullmatch(name):
-                raise self.error(key, f"has {_show(name)}; a name has letters, digits, _ and -")
-            below = Reader(f"{self._where}.{key}.{name}".lstrip("."), values)
-            yield name, below
-            below.finish()
-
-    def finish(self) -> None:
-        """Raise HandError where the table has a key that nobody asked for."""
-        for key in self._values:
-            if key not in self._asked:
-                raise self.error(
-                    _show(key, 40), f"is not known; known here are {', '.join(sorted(self._asked))}"
-                )
+PALM_FRAME, PAD_FRAME = "palm_frame", "_frame"  # names of bodies that a model gets for frames
 
 
 Spans = Mapping[str, tuple[float, float]]
@@ -130,13 +36,10 @@ def read_hand_file(data: bytes, folder: Path, spans_of: Callable[[Path], Spans])
     Raises:
         HandError: not TOML, or a key that is missing, unknown or not what it should be.
     """
-    try:
-        values = tomllib.loads(data.decode())
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise HandError(f"is not TOML ({str(error).splitlines()[0][:100]})") from error
-    top = Reader("", values)
+    top = _top(data)
     name, model = top.name("name"), top.get("model", str, "the name of an MJCF file")
     palm = top.name("palm")
+    palm_frame = _frame(top, palm, "palm_pos", "palm_quat")
     groups = top.names("groups", None)
     fingers = [name for name, _ in _peek(top, "fingers", MAX_FINGERS)]
     spans = spans_of(folder / model)
@@ -145,10 +48,7 @@ def read_hand_file(data: bytes, folder: Path, spans_of: Callable[[Path], Spans])
     )
     names = [motor.name for motor in motors]
     arrays = {n: _array(n, t) for n, t in top.tables("arrays", MAX_PADS, {})}
-    pads = tuple(
-        Pad(n, t.name("body"), arrays[_one_of(t, "array", arrays)])
-        for n, t in top.tables("pads", MAX_PADS, {})
-    )
+    pads = tuple(_pad(n, t, arrays) for n, t in top.tables("pads", MAX_PADS, {}))
     found = tuple(_finger(n, t, names) for n, t in top.tables("fingers", MAX_FINGERS))
     closings, reaches = {}, {}
     for n, table in top.tables("closings", MAX_CLOSINGS):
@@ -157,10 +57,34 @@ def read_hand_file(data: bytes, folder: Path, spans_of: Callable[[Path], Spans])
     top.finish()
     if not motors or not found or not closings:
         raise HandError("needs at least one motor, one finger and one closing")
-    return Hand(name, folder / model, palm, groups, motors, found, pads, closings, reaches)
+    return Hand(
+        name=name,
+        model=folder / model,
+        palm=PALM_FRAME if palm_frame else palm,
+        groups=groups,
+        motors=motors,
+        fingers=found,
+        pads=pads,
+        closings=closings,
+        reaches=reaches,
+        palm_frame=palm_frame,
+    )
 
 
-def _peek(top: Reader, key: str, most: int) -> list[tuple[str, object]]:
+def model_name(data: bytes) -> str:
+    """The MJCF file that a ``hand.toml`` names; raises HandError as ``read_hand_file``."""
+    return _top(data).get("model", str, "the name of an MJCF file")
+
+
+def _top(data: bytes) -> TomlTable:
+    try:
+        values = tomllib.loads(data.decode())
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise HandError(f"is not TOML ({str(error).splitlines()[0][:100]})") from error
+    return TomlTable("", values)
+
+
+def _peek(top: TomlTable, key: str, most: int) -> list[tuple[str, object]]:
     """Names of the tables below a key, which are read later."""
     found = top.get(key, dict, "tables by name")
     if len(found) > most:
@@ -169,7 +93,7 @@ def _peek(top: Reader, key: str, most: int) -> list[tuple[str, object]]:
 
 
 def _motor(
-    name: str, table: Reader, groups: Sequence[str], fingers: Sequence[str], spans: Spans
+    name: str, table: TomlTable, groups: Sequence[str], fingers: Sequence[str], spans: Spans
 ) -> Motor:
     if name not in spans:
         raise HandError(
@@ -190,7 +114,7 @@ def _motor(
     )
 
 
-def _finger(name: str, table: Reader, motors: Sequence[str]) -> Finger:
+def _finger(name: str, table: TomlTable, motors: Sequence[str]) -> Finger:
     stops = table.names("stops", motors)
     tip, position = table.name("tip"), table.numbers("tip_position", 3)
     return Finger(
@@ -203,25 +127,52 @@ def _finger(name: str, table: Reader, motors: Sequence[str]) -> Finger:
     )
 
 
-def _array(kind: str, table: Reader) -> TaxelArray:
+def _pad(name: str, table: TomlTable, arrays: Mapping[str, TaxelArray]) -> Pad:
+    body = table.name("body")
+    array = arrays[_one_of(table, "array", arrays)]
+    frame = _frame(table, body, "pos", "quat")
+    replaces = table.names("replaces", None, [])
+    return Pad(name, name + PAD_FRAME if frame else body, array, frame, replaces)
+
+
+def _frame(table: TomlTable, body: str, pos: str, quat: str) -> Frame | None:
+    """A frame in a body, as two keys say; None where neither is given."""
+    place, turn = table.numbers(pos, 3, None), table.numbers(quat, 4, None)
+    if place is None and turn is None:
+        return None
+    if max(map(abs, place or (0.0,))) > 1.0:
+        raise table.error(pos, f"is {show(place)}; expected a place within 1 m of the body")
+    length = math.sqrt(sum(v * v for v in turn or (1.0,)))
+    if not 0.9 < length < 1.1:
+        raise table.error(quat, f"is {show(turn)}; expected a quaternion w, x, y, z of length 1")
+    unit = (1.0, 0.0, 0.0, 0.0) if turn is None else tuple(v / length for v in turn)
+    return Frame(body, place or (0.0, 0.0, 0.0), unit)
+
+
+def _array(kind: str, table: TomlTable) -> TaxelArray:
     columns = table.whole("columns", 1, MAX_ROWS)
     pitch = table.number("pitch", 5e-4, 0.05)
-    rows = table.get("profile", list, "a list of rows [x mm, z mm, tilt deg]")
+    flat = table.whole("rows", 1, MAX_ROWS, 0)
+    if flat:  # around the origin of the pad's frame
+        heights = 1e3 * pitch * (0.5 * (flat - 1) - np.arange(flat))
+        rows = [[0.0, float(z), 0.0] for z in heights]
+    else:
+        rows = table.get("profile", list, "a list of rows [x mm, z mm, tilt deg], or rows")
     if not 1 <= len(rows) <= MAX_ROWS:
         raise table.error("profile", f"has {len(rows)} rows; allowed are 1 to {MAX_ROWS}")
-    profile = np.array([Reader("row", {"of": row}).numbers("of", 3) for row in rows])
+    profile = np.array([TomlTable("row", {"of": row}).numbers("of", 3) for row in rows])
     live = np.ones((len(rows), columns), dtype=bool)
     for place in table.get("missing", list, "a list of [row, column]", []):
-        row, column = Reader("missing", {"of": place}).numbers("of", 2)
+        row, column = TomlTable("missing", {"of": place}).numbers("of", 2)
         if not (0 <= row < len(rows) and 0 <= column < columns):
-            raise table.error("missing", f"has {_show(place)}, which is outside the array")
+            raise table.error("missing", f"has {show(place)}, which is outside the array")
         live[int(row), int(column)] = False
     for array in (profile, live):
         array.setflags(write=False)
     return TaxelArray(kind, pitch, profile, live)
 
 
-def _closing(name: str, table: Reader, motors: Sequence[Motor]) -> Closing:
+def _closing(name: str, table: TomlTable, motors: Sequence[Motor]) -> Closing:
     names = [motor.name for motor in motors]
     ranges = np.array([motor.span for motor in motors])
     start = check_posture(f"closings.{name}.open", table.get("open", list, "a list"), names, ranges)
@@ -236,7 +187,7 @@ def _closing(name: str, table: Reader, motors: Sequence[Motor]) -> Closing:
     return Closing(name, start, travel, table.number("rate", 1e-3, 10.0), squeezes, fingers, ranges)
 
 
-def _reach(table: Reader) -> Reach:
+def _reach(table: TomlTable) -> Reach:
     precision = table.numbers("precision_depth", 2, None)
     low, high = table.numbers("depth", 2)
     return Reach(
@@ -246,22 +197,12 @@ def _reach(table: Reader) -> Reach:
     )
 
 
-def _index(table: Reader, key: str, known: Sequence[str]) -> int:
+def _index(table: TomlTable, key: str, known: Sequence[str]) -> int:
     value = table.get(key, str, f"one of {', '.join(known)}")
     if value not in known:
-        raise table.error(key, f"is {_show(value)}; expected one of {', '.join(known)}")
+        raise table.error(key, f"is {show(value)}; expected one of {', '.join(known)}")
     return list(known).index(value)
 
 
-def _one_of(table: Reader, key: str, known: Mapping[str, object]) -> str:
+def _one_of(table: TomlTable, key: str, known: Mapping[str, object]) -> str:
     return list(known)[_index(table, key, list(known))]
-
-
-def _types(kind: type | tuple[type, ...]) -> tuple[type, ...]:
-    return kind if isinstance(kind, tuple) else (kind,)
-
-
-def _show(value: object, length: int = 60) -> str:
-    """A value in a message, cut to a length."""
-    text = repr(value)
-    return text if len(text) <= length else text[: length - 1] + "…"

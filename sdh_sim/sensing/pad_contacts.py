@@ -26,6 +26,9 @@ def pad_contacts(
 ) -> tuple[PadContact, ...]:
     """Contact model of every pad that reads something (II-B).
 
+    g*, equation (6), is the largest normal force that the motors can bear at that contact alone. A
+    passive joint is taken as held there, by its spring or stop: it is no motor's to bear.
+
     Normals are those of the object's surface, as in the paper: rubber that meets an edge or lies
     askew presses along them, 15° off the pad's own normal on average.
 
@@ -38,7 +41,7 @@ def pad_contacts(
         surface_share: 1 takes the normals of the object's surface, 0 the pads' own, and what lies
             between a mean of both.
     """
-    posture = kinematics.at(snapshot.joint_angles)
+    posture = kinematics.at(snapshot.joint_angles, snapshot.joints)
     rotation, origin = rotation_of(snapshot.object_pose_hand[3:]), snapshot.object_pose_hand[:3]
     centre_of_mass = origin + rotation @ obj.com_m
     limits = kinematics.hand.torque_limits(torque_limit)
@@ -60,7 +63,7 @@ def pad_contacts(
         pressure = reading[reading > 0.0]
         inward = _surface_normal(obj, to_object @ normal, patch, pressure, surface_share)
         patch -= np.outer((patch - centre) @ inward, inward)
-        g_max = gq.max_normal_force(jacobian[:3], inward, limits)
+        g_max = gq.max_normal_force(posture.of_motors(jacobian[:3]), inward, limits)
         tau_max = gq.max_torsion(obj.friction, g_max, pressure, patch, centre)
         contact = gq.Contact(centre, inward, obj.friction, g_max, tau_max, patch)
         found.append(PadContact(pad.name, contact, jacobian))

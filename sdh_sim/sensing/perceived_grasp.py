@@ -37,6 +37,8 @@ class PerceivedGrasp:
         task: wrenches the hand must exert against gravity, same frame, (6, m) [N, N m].
         others: what touches besides ``contacts``: pads left out, and parts without taxels where
             geometry shows that they touch.
+        transmission: moment arms of the motors about the columns of the contacts' Jacobians
+            (motors, columns); None: the columns are the motors.
     """
 
     snapshot: TactileSnapshot
@@ -45,6 +47,7 @@ class PerceivedGrasp:
     contacts: tuple[PadContact, ...]
     task: np.ndarray
     others: tuple[PadContact, ...] = ()
+    transmission: np.ndarray | None = None
 
     @property
     def thing(self) -> ObjectInfo:
@@ -80,6 +83,7 @@ def perceive(
         contacts=tuple(contact for contact, kept in zip(every, taken, strict=True) if kept),
         task=gravity_task(snapshot, obj),
         others=left_out + unsensed_contacts(snapshot, obj, kinematics),
+        transmission=kinematics.transmission(snapshot.joint_angles, snapshot.joints),
     )
 
 

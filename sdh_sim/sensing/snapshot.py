@@ -20,6 +20,8 @@ class TactileSnapshot:
         hand_pose_world: pose of the palm in the world (7,).
         gravity: directions of the weight in the object's frame, as the setting ``gravity`` says;
             empty: downward in the world.
+        joints: positions of all joints of a hand with passive ones [rad or m]; None: they follow
+            from the motors'.
     """
 
     tactile: Mapping[str, np.ndarray]
@@ -28,6 +30,7 @@ class TactileSnapshot:
     object_pose_hand: np.ndarray
     hand_pose_world: np.ndarray
     gravity: str = ""
+    joints: np.ndarray | None = None
 
     @property
     def proximal(self) -> np.ndarray:

@@ -40,8 +40,10 @@ def unsensed_contacts(
         contacts in the object's axes at its centre of mass, named by their link. Their normal
         force is not known: g* is infinite in truth and 0 in the contact.
     """
-    posture = kinematics.at(snapshot.joint_angles)
-    joints = kinematics.joint_positions(snapshot.joint_angles)
+    joints = snapshot.joints
+    if joints is None:
+        joints = kinematics.joint_positions(snapshot.joint_angles)
+    posture = kinematics.at(snapshot.joint_angles, joints)
     found = _shapes(kinematics.hand, obj.name, obj.folder).touching(
         joints, snapshot.object_pose_hand
     )
