@@ -31,7 +31,8 @@ class Scene:
         hand: the hand in it.
         palm_motion: motion of what carries the hand.
         motors: actuator ids of the hand's motors (n,).
-        motor_qpos, motor_dof: addresses of the motor joints (n,).
+        motor_qpos, motor_dof: addresses of the motor joints (n,); -1 where a motor drives a tendon,
+            or a joint through a gear.
         hand_qpos: addresses of all joints of the hand, in the order of its own model.
         hand_selection: their positions are this times the motors' (joints, n).
         arm_motors: actuator ids (6,).
@@ -75,6 +76,16 @@ class Scene:
     def torque_limit(self) -> tuple[float, ...]:
         """Limits of the groups of motors [N m or N]: the settings', or the rated ones."""
         return self.settings.torque_limit or self.hand.rated_limits
+
+    def motor_positions(self, data: mujoco.MjData) -> np.ndarray:
+        """Positions of the hand's motors (n,) [rad or m]."""
+        if (self.motor_qpos < 0).any():
+            return data.actuator_length[self.motors].copy()
+        return data.qpos[self.motor_qpos].copy()
+
+    def motor_damping(self) -> np.ndarray:
+        """Damping of the motors' joints (n,) [N m s/rad or N s/m], 0 behind tendon or gear."""
+        return np.where(self.motor_dof < 0, 0.0, self.model.dof_damping[self.motor_dof])
 
     def pose_hand(self, data: mujoco.MjData, angles: np.ndarray) -> None:
         """Put the joints of the hand where its motors at positions (n,) [rad or m] have them."""

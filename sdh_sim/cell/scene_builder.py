@@ -108,7 +108,6 @@ def _take_table_away(spec: mujoco.MjSpec) -> None:
 
 def _index(model: mujoco.MjModel, settings: TrialSettings, obj: ObjectInfo, hand: Hand) -> Scene:
     motors = [model.actuator(HAND + name).id for name in hand.motor_names]
-    joints = [model.joint(int(model.actuator_trnid[motor, 0])) for motor in motors]
     alone = hand_kinematics(hand).model
     hand_joints = [model.joint(HAND + alone.joint(k).name) for k in range(alone.njnt)]
     arm_joints = [model.joint(ARM + name) for name in ARM_JOINTS]
@@ -121,8 +120,8 @@ def _index(model: mujoco.MjModel, settings: TrialSettings, obj: ObjectInfo, hand
         hand=hand,
         palm_motion=palm_motion_of(settings.arm, hand),
         motors=np.array(motors),
-        motor_qpos=np.array([j.qposadr[0] for j in joints]),
-        motor_dof=np.array([j.dofadr[0] for j in joints]),
+        motor_qpos=_addresses(model, motors, model.jnt_qposadr),
+        motor_dof=_addresses(model, motors, model.jnt_dofadr),
         hand_qpos=np.array([j.qposadr[0] for j in hand_joints]),
         hand_selection=hand_kinematics(hand).selection,
         arm_motors=np.array([model.actuator(ARM + name).id for name in ARM_JOINTS]),
@@ -141,6 +140,19 @@ def _index(model: mujoco.MjModel, settings: TrialSettings, obj: ObjectInfo, hand
     )
     set_contacts(scene)
     return scene
+
+
+def _addresses(model: mujoco.MjModel, motors: list[int], of_joint: np.ndarray) -> np.ndarray:
+    """Addresses of the joints that motors drive directly, -1 for other motors (n,)."""
+    return np.array(
+        [
+            of_joint[model.actuator_trnid[k, 0]]
+            if model.actuator_trntype[k] == mujoco.mjtTrn.mjTRN_JOINT
+            and model.actuator_gear[k, 0] == 1.0
+            else -1
+            for k in motors
+        ]
+    )
 
 
 def taxel_index(model: mujoco.MjModel, hand: Hand) -> np.ndarray:

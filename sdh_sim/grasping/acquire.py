@@ -41,7 +41,7 @@ def acquire(simulation: Simulation, motion: MotionPlan) -> None:
         motion.opening,
         simulation.limits,
         scene.model.actuator_gainprm[scene.motors, 0],
-        scene.model.dof_damping[scene.motor_dof],
+        scene.motor_damping(),
     )
     _close(simulation, fingers)
     _squeeze(simulation, fingers)
@@ -67,7 +67,7 @@ def _squeeze(simulation: Simulation, fingers: FingerControl) -> None:
     scene, data = simulation.scene, simulation.data
     at_rest = 0.0  # for so long [s]
     for _ in range(round(SQUEEZE_TIME / simulation.tick_time)):
-        angles = data.qpos[scene.motor_qpos]
+        angles = scene.motor_positions(data)
         simulation.tick(hand=fingers.squeeze(angles, simulation.tick_time))
         speed = data.qvel[scene.object_dof : scene.object_dof + 6]
         still = np.linalg.norm(speed[:3]) < REST_SPEED and np.linalg.norm(speed[3:]) < REST_SPIN

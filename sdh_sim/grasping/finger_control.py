@@ -54,7 +54,9 @@ class FingerControl:
         self._stall = np.maximum(STALL_SHARE * torque_limits, least)
         self._load = np.zeros(motors)  # torques over the stall torques, at the last tick
         self._advance = np.zeros(fingers)  # of the closing ratios in the last tick
-        self._push = closing.squeezes * SQUEEZE_DEMAND * torque_limits / stiffness
+        sense = np.array([motor.flexes for motor in hand.motors])
+        sense = np.where(sense == 0, np.sign(closing.travel), sense)
+        self._push = sense * closing.squeezes * SQUEEZE_DEMAND * torque_limits / stiffness
         self._grip: np.ndarray | None = None
         self._squeezed = 0.0
 
@@ -113,7 +115,7 @@ class FingerControl:
             servo references (n,) [rad or m].
         """
         if self._grip is None:
-            self._grip = np.where(self._push > 0.0, angles, self.reference)
+            self._grip = np.where(self._push != 0.0, angles, self.reference)
         self._grip[self._shared] = angles[self._shared]
         self._squeezed = min(1.0, self._squeezed + dt / SQUEEZE_TIME)
         self.reference = self._grip + self._squeezed * self._push

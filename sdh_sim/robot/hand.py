@@ -132,6 +132,11 @@ class HandKinematics:
             self.selection = columns if driven is None else columns @ driven
         self.selection.setflags(write=False)
 
+    @property
+    def passive(self) -> tuple[str, ...]:
+        """Joints that springs and stops alone hold, by name."""
+        return self.mechanism.passive if self.mechanism is not None else ()
+
     def at(self, angles: np.ndarray, joints: np.ndarray | None = None) -> HandPosture:
         """The hand at motor positions (n,) [rad or m].
 
@@ -160,7 +165,7 @@ class HandKinematics:
         self, angles: np.ndarray, joints: np.ndarray | None = None
     ) -> np.ndarray | None:
         """Moment arms of the motors about the columns of the Jacobians; arguments as ``at``."""
-        if self.mechanism is None or not self.mechanism.passive:
+        if not self.passive:
             return None
         return self.motions(self.joint_positions(angles) if joints is None else joints).transmission
 
@@ -250,7 +255,7 @@ class HandPosture:
     def jacobian(self, body: str, point: np.ndarray) -> np.ndarray:
         """Velocity of a point of a body per column's velocity, in the palm frame (3, n) [m/rad].
 
-        The columns are the motors, or the independent joints where ``transmission`` says so.
+        The columns are the motors, or independent joints where ``transmission`` says so.
 
         Args:
             body: body that the point is fixed to.
@@ -262,7 +267,7 @@ class HandPosture:
         return self._axes.T @ full @ self._selection
 
     def of_motors(self, jacobian: np.ndarray) -> np.ndarray:
-        """A Jacobian (…, n) per motor velocity (…, motors), passive joints kept still."""
+        """A Jacobian (…, n) per motor velocity (…, motors), free joints kept still."""
         return jacobian if self._driven is None else jacobian @ self._driven
 
     def spin_jacobian(self, body: str) -> np.ndarray:

@@ -13,6 +13,7 @@ from sdh_sim.robot.hand_description import Hand, Pad
 
 OFF_BODY = 0.01  # that a pad's middle may lie off the shapes of its link [m]
 NOT_CLOSER = 1e-3  # by which pads or fingers at least approach each other in a closing [m]
+PAST_STOP = 0.02  # that a joint may be beyond its range, as stops give way [rad or m]
 _STEPS = 8  # of the closing ratio
 
 
@@ -51,11 +52,27 @@ def check_hand(hand: Hand) -> None:
     kinematics = HandKinematics(hand)
     _check_pads(hand)
     for name in hand.closings:
+        _check_stops(kinematics, name)
         gaps = pad_gaps(kinematics, name)
         if gaps[0] - gaps.min() < NOT_CLOSER:
             raise HandError(
                 f"closings.{name} does not close: its pads are {1e3 * gaps[0]:.1f} mm apart open "
                 f"and {1e3 * gaps[-1]:.1f} mm closed; give a travel that brings them together"
+            )
+
+
+def _check_stops(kinematics: HandKinematics, closing: str) -> None:
+    """Raise HandError where equalities put a joint beyond its own stops in a closing."""
+    model, line = kinematics.model, kinematics.hand.closing(closing)
+    low, high = model.jnt_range.T
+    for ratio in (0.0, 1.0):
+        joints = kinematics.joint_positions(line.angles(ratio))
+        beyond = (joints < low - PAST_STOP) | (joints > high + PAST_STOP)
+        for k in np.flatnonzero(beyond & (model.jnt_limited > 0)):
+            raise HandError(
+                f"closings.{closing}: at ratio {ratio:g} the joint {model.joint(int(k)).name} is "
+                f"at {joints[k]:.4g}, beyond its range of {low[k]:.4g} to {high[k]:.4g}; its "
+                "equalities would work against its stop: change the range or the equalities"
             )
 
 

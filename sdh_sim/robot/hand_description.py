@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -29,6 +29,8 @@ class Motor:
         span: least and greatest position [rad or m].
         finger: index of the finger whose closing ratio it follows.
         flexes: sense in which it bends a finger, +1 or -1; 0: it does not.
+        kp, kv: gains of its servo instead of the model's [N m/rad or N/m; the same times s]; None:
+            the model's.
     """
 
     name: str
@@ -39,6 +41,36 @@ class Motor:
     span: tuple[float, float]
     finger: int
     flexes: int
+    kp: float | None = None
+    kv: float | None = None
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """A joint that follows another, which the model leaves out.
+
+    Attributes:
+        joint: that follows.
+        leader: that it follows.
+        ratio: its position over the leader's.
+    """
+
+    joint: str
+    leader: str
+    ratio: float
+
+
+@dataclass(frozen=True)
+class JointDynamics:
+    """What a model may lack that was made for another simulation.
+
+    Attributes:
+        damping: of the joint [N m s/rad or N s/m]; None: the model's.
+        armature: inertia of what turns with it [kg m^2 or kg]; None: the model's.
+    """
+
+    damping: float | None
+    armature: float | None
 
 
 @dataclass(frozen=True)
@@ -173,6 +205,8 @@ class Hand:
         motors, fingers, pads: in the order of every array.
         closings: by name.
         reaches: of the closings that random grasps take, by name.
+        joints: dynamics of joints instead of the model's, by name.
+        couplings: of joints, which the model leaves out.
         palm_frame: where the palm is in another body; None: it is a body of the model.
         folder: reference to a user's folder; None: a built-in hand.
         made: model of a user's folder, to be copied; None: ``model`` is read.
@@ -187,6 +221,8 @@ class Hand:
     pads: tuple[Pad, ...]
     closings: Mapping[str, Closing]
     reaches: Mapping[str, Reach]
+    joints: Mapping[str, JointDynamics] = field(default_factory=dict)
+    couplings: tuple[Coupling, ...] = ()
     palm_frame: Frame | None = None
     folder: HandFolder | None = None
     made: mujoco.MjSpec | None = None

@@ -14,10 +14,20 @@ import numpy as np
 
 from sdh_sim.errors import HandError
 from sdh_sim.robot.closing import Closing, check_posture
-from sdh_sim.robot.hand_description import Finger, Frame, Hand, Motor, Pad, Reach, TaxelArray
+from sdh_sim.robot.hand_description import (
+    Coupling,
+    Finger,
+    Frame,
+    Hand,
+    JointDynamics,
+    Motor,
+    Pad,
+    Reach,
+    TaxelArray,
+)
 from sdh_sim.robot.toml_table import TomlTable, show
 
-MAX_MOTORS, MAX_FINGERS, MAX_PADS, MAX_CLOSINGS = 32, 10, 40, 20
+MAX_MOTORS, MAX_FINGERS, MAX_PADS, MAX_CLOSINGS, MAX_JOINTS = 32, 10, 40, 20, 100
 MAX_ROWS = 64  # of an array, and columns
 PALM_FRAME, PAD_FRAME = "palm_frame", "_frame"  # names of bodies that a model gets for frames
 
@@ -38,6 +48,7 @@ def read_hand_file(data: bytes, folder: Path, spans_of: Callable[[Path], Spans])
     """
     top = _top(data)
     name, model = top.name("name"), top.get("model", str, "the name of an MJCF file")
+    _angle(top)  # the model has been read with it
     palm = top.name("palm")
     palm_frame = _frame(top, palm, "palm_pos", "palm_quat")
     groups = top.names("groups", None)
@@ -54,6 +65,11 @@ def read_hand_file(data: bytes, folder: Path, spans_of: Callable[[Path], Spans])
     for n, table in top.tables("closings", MAX_CLOSINGS):
         closings[n] = _closing(n, table, motors)
         reaches[n] = _reach(table)
+    joints = {n: _joint(t) for n, t in top.tables("joints", MAX_JOINTS, {})}
+    couplings = tuple(
+        Coupling(n, t.name("follows"), t.number("ratio", -1e3, 1e3))
+        for n, t in top.tables("couplings", MAX_JOINTS, {})
+    )
     top.finish()
     if not motors or not found or not closings:
         raise HandError("needs at least one motor, one finger and one closing")
@@ -67,13 +83,27 @@ def read_hand_file(data: bytes, folder: Path, spans_of: Callable[[Path], Spans])
         pads=pads,
         closings=closings,
         reaches=reaches,
+        joints=joints,
+        couplings=couplings,
         palm_frame=palm_frame,
     )
 
 
-def model_name(data: bytes) -> str:
-    """The MJCF file that a ``hand.toml`` names; raises HandError as ``read_hand_file``."""
-    return _top(data).get("model", str, "the name of an MJCF file")
+def model_of(data: bytes) -> tuple[str, str]:
+    """The MJCF file that a ``hand.toml`` names, and its unit of angles, empty where not said.
+
+    Raises:
+        HandError: as ``read_hand_file``.
+    """
+    top = _top(data)
+    return top.get("model", str, "the name of an MJCF file"), _angle(top)
+
+
+def _angle(top: TomlTable) -> str:
+    angle = top.get("angle", str, "radian or degree", "")
+    if angle not in ("", "radian", "degree"):
+        raise top.error("angle", f"is {show(angle)}; expected radian or degree")
+    return angle
 
 
 def _top(data: bytes) -> TomlTable:
@@ -111,6 +141,22 @@ def _motor(
         span=spans[name],
         finger=_index(table, "finger", fingers),
         flexes=table.whole("flexes", -1, 1, 1),
+        kp=_optional(table, "kp", 1e-6, 1e9),
+        kv=_optional(table, "kv", 0.0, 1e9),
+    )
+
+
+def _optional(table: TomlTable, key: str, low: float, high: float) -> float | None:
+    return (
+        None
+        if table.get(key, (int, float), "a number", None) is None
+        else (table.number(key, low, high))
+    )
+
+
+def _joint(table: TomlTable) -> JointDynamics:
+    return JointDynamics(
+        _optional(table, "damping", 0.0, 1e6), _optional(table, "armature", 0.0, 1e6)
     )
 
 

@@ -14,7 +14,7 @@ import mujoco
 from sdh_sim.errors import HandError, MjcfError, SettingsError
 from sdh_sim.robot.hand_checks import check_hand, exclude_overlaps
 from sdh_sim.robot.hand_description import Hand
-from sdh_sim.robot.hand_file import model_name, read_hand_file
+from sdh_sim.robot.hand_file import model_of, read_hand_file
 from sdh_sim.robot.hand_mjcf import read_mjcf
 from sdh_sim.robot.hand_model import complete, make_servos, name_parts, spans_of
 from sdh_sim.robot.toml_table import FILE
@@ -41,11 +41,11 @@ def read_hand_folder(path: str | Path) -> Hand:
     toml = given.name if named else FILE
     text = folder.read(toml, MAX_TOML)
     try:
-        file = model_name(text)
+        file, angle = model_of(text)
     except HandError as error:
         raise folder.error(f"{toml}: {error}") from error
     try:
-        spec, dropped = read_mjcf(folder, file)
+        spec, dropped = read_mjcf(folder, file, angle)
     except MjcfError as error:
         raise folder.error(f"{file} {error}") from error
     notes = [f"ignored, as it is no shape or mechanics: {', '.join(dropped)}"] if dropped else []

@@ -29,12 +29,14 @@ MAX_TRIANGLES = 300_000  # of all meshes
 _LARGEST, _LONGEST = 1e9, 1 << 20  # number, and characters of a value
 
 
-def read_mjcf(folder: Folder, file: str) -> tuple[mujoco.MjSpec, list[str]]:
+def read_mjcf(folder: Folder, file: str, angle: str = "") -> tuple[mujoco.MjSpec, list[str]]:
     """The model of a hand, and what of its file does not count.
 
     Args:
         folder: to read from.
         file: name of the MJCF relative to it.
+        angle: ``radian`` or ``degree`` where the file does not say, because it is made to be
+            included by one that does; empty: as MuJoCo has it.
 
     Raises:
         MjcfError: not MJCF, or something in it that a hand may not have.
@@ -42,6 +44,8 @@ def read_mjcf(folder: Folder, file: str) -> tuple[mujoco.MjSpec, list[str]]:
     """
     root = read_tree(folder, file)
     dropped: set[str] = set()
+    if angle:
+        root.insert(0, ET.Element("compiler", {"angle": angle}))  # the file's own come later
     _check(root, dropped)
     for tag, most in MOST.items():
         if (count := sum(1 for _ in root.iter(tag))) > most:

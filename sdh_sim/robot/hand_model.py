@@ -6,6 +6,9 @@ become fixed bodies, and pads without taxels get them.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import Any
+
 import mujoco
 import numpy as np
 
@@ -17,6 +20,7 @@ TAXEL = {"contype": 2, "conaffinity": 0, "condim": 3, "group": 4, "priority": 1}
 VISUAL = {"contype": 0, "conaffinity": 0, "group": 2}
 """Contact bits and groups: 1 object and table, 2 taxel, 4 hand structure, 8 arm."""
 
+COUPLING_SOLREF, COUPLING_SOLIMP = (0.005, 1.0), (0.9999, 0.9999, 0.001, 0.5, 2.0)
 LEAST_RADIUS, MOST_RADIUS = 2.0, 4.0  # of a taxel's sphere, in pitches
 
 
@@ -100,6 +104,8 @@ def complete(spec: mujoco.MjSpec, hand: Hand) -> list[str]:
         if motor.name not in hand.motor_names:
             notes.append(f"left out: the actuator {motor.name}, no motor of hand.toml")
             spec.delete(motor)
+    _set_dynamics(spec, hand)
+    _add_couplings(spec, hand)
     for geom in spec.geoms:
         _set_role(geom, STRUCTURE if geom.contype or geom.conaffinity else VISUAL)
     if hand.palm_frame is not None:
@@ -126,6 +132,42 @@ def taxel_radius(array: TaxelArray, row: int, column: int) -> float:
     rows, columns = array.shape
     inside = min(row, rows - 1 - row, column, columns - 1 - column)
     return array.pitch * min(LEAST_RADIUS + inside, MOST_RADIUS)
+
+
+def _set_dynamics(spec: mujoco.MjSpec, hand: Hand) -> None:
+    """Gains of servos, damping and armature of joints, where ``hand.toml`` gives them."""
+    for motor in hand.motors:
+        servo = spec.actuator(motor.name)
+        if motor.kp is not None:
+            servo.gainprm[0], servo.biasprm[1] = motor.kp, -motor.kp
+        if motor.kv is not None:
+            servo.biasprm[2] = -motor.kv
+    for name, dynamics in hand.joints.items():
+        joint = spec.joint(name)
+        if joint is None:
+            raise HandError(f"joints.{name}: the model has the joints {_names(spec.joints)}")
+        if dynamics.damping is not None:
+            # Of releases with a polynomial of the speed, its constant.
+            constant = [dynamics.damping, 0.0, 0.0]
+            joint.damping = constant if np.ndim(joint.damping) else dynamics.damping
+        if dynamics.armature is not None:
+            joint.armature = dynamics.armature
+
+
+def _add_couplings(spec: mujoco.MjSpec, hand: Hand) -> None:
+    """Equalities of ``hand.toml``, stiff enough to move by micrometres under a grip."""
+    for coupling in hand.couplings:
+        for name in (coupling.joint, coupling.leader):
+            if spec.joint(name) is None or coupling.joint == coupling.leader:
+                raise HandError(
+                    f"couplings.{coupling.joint}: {name} is not the name of another joint; the "
+                    f"model has {_names(spec.joints)}"
+                )
+        tie = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT)
+        tie.objtype = mujoco.mjtObj.mjOBJ_JOINT
+        tie.name1, tie.name2 = coupling.joint, coupling.leader
+        tie.data[:5] = (0.0, coupling.ratio, 0.0, 0.0, 0.0)
+        tie.solref, tie.solimp = COUPLING_SOLREF, COUPLING_SOLIMP
 
 
 def _complete_pad(spec: mujoco.MjSpec, pad: Pad) -> list[str]:
@@ -199,7 +241,7 @@ def _bodies(hand: Hand) -> list[tuple[str, str]]:
     return found
 
 
-def _names(parts: list[mujoco.MjsBody] | list[mujoco.MjsGeom]) -> str:
+def _names(parts: Iterable[Any]) -> str:
     names = [part.name for part in parts if part.name and part.name != "world"]
     shown = ", ".join(names[:20]) or "none with a name"
     return shown + (f" and {len(names) - 20} more" if len(names) > 20 else "")

@@ -6,9 +6,11 @@ dependent: all joint speeds are N times theirs, E N = 0. Two kinds of hands foll
 
 - motors and equalities fix every joint: joint speeds are S times the motors', with A S = 1 and
   E S = 0. Such a hand is described in motor coordinates, like one whose motors drive a joint each.
-- some joints are passive, held by springs and stops alone: the hand is described in its independent
-  joints, with the transmission A N. Where its joints are then follows from forces: the hand alone,
-  without weight, at rest at its servos' references.
+- some joints are passive, held by springs and stops alone. Where they are follows from forces: the
+  hand alone, without weight, at rest at its servos' references. At a posture, a passive joint with
+  a spring, or at a stop, counts as held: what it bears is left out, and S is that of the others.
+  One with neither is free and bears nothing: the hand is then described in independent joints, with
+  the transmission A N.
 
 Murray, Li, Sastry: A Mathematical Introduction to Robotic Manipulation, 1994, chapter 6.
 """
@@ -28,6 +30,7 @@ from sdh_sim.errors import HandError
 _RANK = 1e-8  # singular values below this share of the largest are zero
 _CLOSE, _ROUNDS = 1e-10, 100  # of Newton's iteration
 _BLOCKS, _STEPS, _STILL = 100, 200, 1e-6  # at rest: no joint moves as far in a block of steps
+AT_STOP = 0.02  # from its range, as stops give way [rad or m]
 _KEPT = 4096  # postures
 
 
@@ -36,10 +39,10 @@ class Motions(NamedTuple):
 
     Attributes:
         columns: speeds of all joints per speed of each column (joints, n): of the motors, or of
-            the independent joints where some joint is passive.
+            independent joints where some joint is free.
         transmission: moment arms of the motors about the columns (motors, n); None: the columns
             are the motors.
-        driven: speeds of the columns per motor speed while the passive joints keep still
+        driven: speeds of the columns per motor speed while the free joints keep still, too
             (n, motors); None as above.
     """
 
@@ -103,10 +106,14 @@ class Mechanism:
             wanted[: len(arms)] = np.eye(len(arms))
             found = np.linalg.lstsq(np.vstack((arms, ties)), wanted, rcond=None)[0]
             return Motions(found, None, None)
-        allowed = self._allowed(ties)
+        passive = np.setdiff1d(np.arange(len(self._independent)), self._driven)
+        free = [k for k in passive if not self._bears(int(self._independent[k]), joints)]
+        allowed = self._allowed(ties)[:, [*self._driven, *free]]
         reach = arms @ allowed
         driven = np.zeros((allowed.shape[1], len(arms)))
-        driven[self._driven] = np.linalg.inv(reach[:, self._driven])
+        driven[: len(arms)] = np.linalg.inv(reach[:, : len(arms)])
+        if not free:
+            return Motions(allowed @ driven, None, None)
         return Motions(allowed, reach, driven)
 
     def positions(self, angles: np.ndarray) -> np.ndarray:
@@ -124,6 +131,21 @@ class Mechanism:
             found = self._settled if self.passive else self._solved
             self._known[key] = found(np.frombuffer(key))
         return self._known[key].copy()
+
+    def _bears(self, joint: int, joints: np.ndarray) -> bool:
+        """Whether a passive joint has a spring, or is at a stop where the joints are."""
+        model = self._model
+        low, high = model.jnt_range[joint]
+        at_stop = not low + AT_STOP < joints[joint] < high - AT_STOP
+        if model.jnt_stiffness[joint] > 0.0 or (model.jnt_limited[joint] and at_stop):
+            return True
+        self._rows(joints)
+        for tendon in _tendons_of(model, joint):
+            low, high = model.tendon_range[tendon]
+            at_stop = not low + AT_STOP < self._data.ten_length[tendon] < high - AT_STOP
+            if model.tendon_stiffness[tendon] > 0.0 or (model.tendon_limited[tendon] and at_stop):
+                return True
+        return False
 
     def _rows(self, joints: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Moment arms (motors, joints), rows of equalities (e, joints), motor positions, errors."""
@@ -216,12 +238,19 @@ def _is_held(model: mujoco.MjModel, dof: int) -> bool:
     """Whether a spring or a stop acts on a joint, by itself or through a fixed tendon."""
     if model.jnt_stiffness[dof] > 0.0 or model.jnt_limited[dof]:
         return True
-    for tendon in range(model.ntendon):
-        start = model.tendon_adr[tendon]
-        joints = model.wrap_objid[start : start + model.tendon_num[tendon]]
-        if dof in joints and (model.tendon_stiffness[tendon] > 0 or model.tendon_limited[tendon]):
-            return True
-    return False
+    return any(
+        model.tendon_stiffness[k] > 0.0 or model.tendon_limited[k] for k in _tendons_of(model, dof)
+    )
+
+
+def _tendons_of(model: mujoco.MjModel, joint: int) -> list[int]:
+    """Fixed tendons that a joint moves."""
+    starts, counts = model.tendon_adr, model.tendon_num
+    return [
+        k
+        for k in range(model.ntendon)
+        if joint in model.wrap_objid[starts[k] : starts[k] + counts[k]]
+    ]
 
 
 def _dependent(ties: np.ndarray, arms: np.ndarray) -> np.ndarray:

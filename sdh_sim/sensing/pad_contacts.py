@@ -26,8 +26,8 @@ def pad_contacts(
 ) -> tuple[PadContact, ...]:
     """Contact model of every pad that reads something (II-B).
 
-    g*, equation (6), is the largest normal force that the motors can bear at that contact alone. A
-    passive joint is taken as held there, by its spring or stop: it is no motor's to bear.
+    g*, equation (6), is the largest normal force that the motors can bear at that contact alone,
+    passive joints kept still.
 
     Normals are those of the object's surface, as in the paper: rubber that meets an edge or lies
     askew presses along them, 15° off the pad's own normal on average.

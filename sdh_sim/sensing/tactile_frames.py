@@ -8,6 +8,7 @@ import numpy as np
 from sdh_sim import poses
 from sdh_sim.cell import Scene, Simulation
 from sdh_sim.cell.contacts import taxel_forces
+from sdh_sim.robot import hand_kinematics
 from sdh_sim.sensing.snapshot import TactileSnapshot
 from sdh_sim.sensing.tactile_sensor import FRAME_RATE, TactileSensor
 
@@ -43,9 +44,10 @@ def take_snapshot(simulation: Simulation, sensor: TactileSensor | None = None) -
         sensor.frame(taxel_forces(scene, data))
     return TactileSnapshot(
         tactile=scene.hand.by_kind(sensor.read()),
-        joint_angles=data.qpos[scene.motor_qpos].copy(),
+        joint_angles=scene.motor_positions(data),
         motor_torques=data.actuator_force[scene.motors].copy(),
         object_pose_hand=simulation.object_in_hand(),
         hand_pose_world=poses.body_pose(data, scene.palm),
         gravity=scene.settings.gravity if scene.settings.support == "none" else "",
+        joints=data.qpos[scene.hand_qpos].copy() if hand_kinematics(scene.hand).passive else None,
     )
