@@ -177,11 +177,18 @@ def objects(
 
 
 @app.command()
-def hand() -> None:
-    """List the hand's joints with their limits and its tactile pads."""
-    from sdh_sim.cli import lists as cli_lists
+def hand(
+    given: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[HAND]", help="A hand's name, or the folder of your own, to check."
+        ),
+    ] = None,
+) -> None:
+    """Show a hand: motors, joints, tactile pads, closings and how hard its pads press."""
+    from sdh_sim.cli import hand as cli_hand
 
-    cli_lists.hand()
+    cli_hand.hand(given)
 
 
 _OPTION_OF = {

@@ -1,4 +1,4 @@
-"""``sdh-sim objects`` and ``sdh-sim hand``: what there is."""
+"""``sdh-sim objects``: what there is to grasp."""
 
 from __future__ import annotations
 
@@ -42,27 +42,6 @@ def objects(folders: Sequence[str] = ()) -> None:
             output().print(told, markup=False, soft_wrap=True, highlight=False)
 
 
-def hand() -> None:
-    """Print the joints with their limits and the tactile pads."""
-    from sdh_sim.robot import built_in_hand, joint_table
-
-    known = built_in_hand()
-    joints = plain_table("joint", "motor", "torque N m", "range rad", "speed rad/s", text=(0, 1))
-    for name, motor, torque, reach, speed in joint_table(known):
-        joints.add_row(name, motor, f"{torque:.4g}", _range(reach), f"{speed:.3g}")
-    pads = plain_table("pad", "rows", "columns", "live taxels", "pitch mm")
-    for pad in known.pads:
-        rows, columns = pad.array.shape
-        live = int(pad.array.live.sum())
-        pads.add_row(pad.name, str(rows), str(columns), str(live), f"{1e3 * pad.array.pitch:g}")
-    output().print(joints)
-    output().print(pads)
-
-
 def _millimetres(values: Iterable[float], digits: int = 1) -> list[str]:
     # Zero is added since a rounded -0.001 would print as -0.00.
     return [f"{round(1000.0 * float(value), digits) + 0.0:.{digits}f}" for value in values]
-
-
-def _range(reach: Sequence[float]) -> str:
-    return f"{reach[0]:.3f} to {reach[1]:.3f}"
