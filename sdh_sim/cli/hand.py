@@ -56,12 +56,14 @@ def _hand(given: str | None) -> Hand:
 
 def _joints(kinematics: HandKinematics):
     """Table of the joints: what moves them, limits of that motor."""
+    import mujoco
+
     from sdh_sim.robot import joint_table
 
     model = kinematics.model
     table = plain_table("joint", "motor", "limit", "range", "speed", text=(0, 1))
     for name, motor, limit, reach, speed in joint_table(kinematics.hand):
-        turns = model.joint(name).type[0] == 3
+        turns = model.joint(name).type[0] == mujoco.mjtJoint.mjJNT_HINGE
         force, length = ("N m", "rad") if turns else ("N", "m")
         table.add_row(
             name,
@@ -71,9 +73,10 @@ def _joints(kinematics: HandKinematics):
             f"{speed:.3g} {length}/s",
         )
     for name in kinematics.passive:
-        low, high = model.joint(name).range
-        turns = model.joint(name).type[0] == 3
-        table.add_row(name, "passive", "", f"{_range((low, high))} {'rad' if turns else 'm'}", "")
+        joint = model.joint(name)
+        unit = "rad" if joint.type[0] == mujoco.mjtJoint.mjJNT_HINGE else "m"
+        limited = model.jnt_limited[joint.id]
+        table.add_row(name, "passive", "", f"{_range(joint.range)} {unit}" if limited else "", "")
     return table
 
 

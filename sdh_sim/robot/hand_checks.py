@@ -134,10 +134,12 @@ def _check_pads(hand: Hand) -> None:
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     segment = np.zeros(6)
-    for pad, names in zip(hand.pads, taxel_names(hand), strict=True):
-        taxels = {model.geom(name).id for name in names if name}
+    every = [{model.geom(n).id for n in names if n} for names in taxel_names(hand)]
+    weld = model.body_weldid[model.geom_bodyid]  # what is fixed to a link is part of it
+    for pad, taxels in zip(hand.pads, every, strict=True):
         link = model.body(pad.frame.body if pad.frame else pad.body).id
-        solid = [g for g in range(model.ngeom) if model.geom_bodyid[g] == link and g not in taxels]
+        part = set(np.flatnonzero(weld == model.body_weldid[link]).tolist())
+        solid = part.difference(*every)
         nearest = [
             mujoco.mj_geomDistance(model, data, taxel, geom, 1.0, segment)
             for taxel in taxels

@@ -74,7 +74,7 @@ def hand_of(reference: HandFolder) -> Hand:
         HandError: the folder cannot be used, or holds another hand than it did.
     """
     hand = read_hand_folder(reference.path)
-    if hand.folder != reference:
+    if hand.folder is None or hand.folder.sha256 != reference.sha256:
         raise HandError(
             f"hand: {reference.path}: its files have changed since the run began; put them back, "
             "or begin another run"

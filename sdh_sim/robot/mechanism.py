@@ -224,13 +224,32 @@ class Mechanism:
 
     @cached_property
     def _weightless(self) -> mujoco.MjModel:
-        """The hand without weight, contacts and dry friction, which would leave its rest open."""
+        """The hand without weight and contacts, made to come to rest quickly.
+
+        Where it rests does not depend on inertia and damping. So damping goes, dry friction, too,
+        which would leave the rest open, and joints get the inertia with which the stiffest motion
+        is slow enough for the time step: K dt², by Gershgorin's bound on the stiffness K.
+        """
         model = copy.copy(self._model)
         model.opt.gravity[:] = 0.0
-        model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
-        model.dof_frictionloss[:] = 0.0
-        model.tendon_frictionloss[:] = 0.0
+        model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
+        flags = mujoco.mjtDisableBit
+        model.opt.disableflags |= flags.mjDSBL_CONTACT | flags.mjDSBL_AUTORESET
+        for losses in ("dof_frictionloss", "tendon_frictionloss", "dof_damping", "tendon_damping"):
+            getattr(model, losses)[:] = 0.0
+        model.actuator_biasprm[:, 2] = 0.0
+        stiffness = model.jnt_stiffness.reshape(model.njnt, -1)[:, 0].copy()
+        arms = np.abs(self._rows(self._rest)[0])
+        gains = model.actuator_gainprm[self._motors, 0]
+        stiffness += arms.T @ (gains * arms.sum(axis=1))
+        for k in range(model.ntendon):
+            start = model.tendon_adr[k]
+            span = slice(start, start + model.tendon_num[k])
+            spring = model.tendon_stiffness.reshape(model.ntendon, -1)[k, 0]
+            coefficients = np.abs(model.wrap_prm[span])
+            stiffness[model.wrap_objid[span]] += spring * coefficients * coefficients.sum()
+        inertia = stiffness * model.opt.timestep**2
+        model.dof_armature[:] = np.maximum(model.dof_armature, inertia)
         return model
 
 
