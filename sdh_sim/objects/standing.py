@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from sdh_sim.errors import ObjectError
+from sdh_sim.errors import SettingsError
 from sdh_sim.objects.collision_shape import shapes_of
 from sdh_sim.objects.facts import Facts
 from sdh_sim.objects.settling import come_to_rest
@@ -153,7 +153,7 @@ def _beside(points: np.ndarray, com: np.ndarray, down: np.ndarray) -> float:
     return float(((turn @ com)[:2] @ directions - (foot[:, :2] @ directions).max(axis=0)).max())
 
 
-def _falls(folder: Folder, up: str, beside: float, nearest: StablePose | None) -> ObjectError:
+def _falls(folder: Folder, up: str, beside: float, nearest: StablePose | None) -> SettingsError:
     """The error for an object that does not rest near the pose asked for."""
     other = ""
     if nearest is not None:

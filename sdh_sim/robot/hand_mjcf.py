@@ -141,7 +141,7 @@ def _read_meshes(
     found: dict[str, MeshPiece] = {}
     parents = [(asset, mesh) for asset in root.findall("asset") for mesh in asset.findall("mesh")]
     for number, (asset, mesh) in enumerate(parents):
-        name, file = mesh.get("name"), mesh.get("file")
+        name, file = mesh.get("name", ""), mesh.get("file")
         if file is not None:
             if options.get("strippath") == "true":
                 file = PurePosixPath(file.replace("\\", "/")).name
