@@ -230,7 +230,7 @@ def _scene(
         hand=hand,
         palm_motion=palm_motion_of(settings.arm, hand),
         hand_qpos=np.array([model.joint(n).qposadr[0] for n in of_hand if n in joints], np.int64),
-        hand_selection=hand_kinematics(hand).selection,
+        joint_positions=hand_kinematics(hand).joint_positions,
         arm_motors=none, arm_qpos=none, arm_dof=none, arm_speed_limit=none,
         palm=model.body(HAND + hand.palm).id,
         object_body=test_body,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -34,7 +35,7 @@ class Scene:
         motor_qpos, motor_dof: addresses of the motor joints (n,); -1 where a motor drives a tendon,
             or a joint through a gear.
         hand_qpos: addresses of all joints of the hand, in the order of its own model.
-        hand_selection: their positions are this times the motors' (joints, n).
+        joint_positions: gives their positions from the motors' (n,).
         arm_motors: actuator ids (6,).
         arm_qpos, arm_dof: addresses of the arm's joints (6,).
         arm_speed_limit: [rad/s] (6,).
@@ -57,7 +58,7 @@ class Scene:
     motor_qpos: np.ndarray
     motor_dof: np.ndarray
     hand_qpos: np.ndarray
-    hand_selection: np.ndarray
+    joint_positions: Callable[[np.ndarray], np.ndarray]
     arm_motors: np.ndarray
     arm_qpos: np.ndarray
     arm_dof: np.ndarray
@@ -89,4 +90,4 @@ class Scene:
 
     def pose_hand(self, data: mujoco.MjData, angles: np.ndarray) -> None:
         """Put the joints of the hand where its motors at positions (n,) [rad or m] have them."""
-        data.qpos[self.hand_qpos] = self.hand_selection @ angles
+        data.qpos[self.hand_qpos] = self.joint_positions(angles)

@@ -124,7 +124,7 @@ def _index(model: mujoco.MjModel, settings: TrialSettings, obj: ObjectInfo, hand
         motor_qpos=_addresses(model, motors, model.jnt_qposadr),
         motor_dof=_addresses(model, motors, model.jnt_dofadr),
         hand_qpos=np.array([j.qposadr[0] for j in hand_joints]),
-        hand_selection=hand_kinematics(hand).selection,
+        joint_positions=hand_kinematics(hand).joint_positions,
         arm_motors=np.array([model.actuator(ARM + name).id for name in ARM_JOINTS]),
         arm_qpos=np.array([j.qposadr[0] for j in arm_joints]),
         arm_dof=np.array([j.dofadr[0] for j in arm_joints]),

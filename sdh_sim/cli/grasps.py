@@ -13,6 +13,7 @@ from sdh_sim.errors import RunError
 from sdh_sim.grasp_files import GraspEntry, check_ending, write_grasps
 from sdh_sim.records import NO_TRUTH, TrialRow
 from sdh_sim.runs import RunFolder
+from sdh_sim.settings import DEFAULT_HAND
 
 
 def write(run: Path, out: Path, objects: Sequence[str] = (), *, only_held: bool = False) -> None:
@@ -34,6 +35,10 @@ def write(run: Path, out: Path, objects: Sequence[str] = (), *, only_held: bool 
     check_ending(out)
     folder = RunFolder(run)
     plan = folder.read_plan()
+    if plan.settings.hand != DEFAULT_HAND:
+        raise RunError(
+            f"{run} has the hand {plan.settings.hand}; files of grasps are for {DEFAULT_HAND} alone"
+        )
     if strange := [name for name in objects if name not in plan.objects]:
         raise RunError(f"--object: got {strange[0]!r:.80}; {run} has {', '.join(plan.objects)}")
     tried, lost = _grasps_of(folder.finished(plan), objects)

@@ -20,7 +20,7 @@ from sdh_sim.metrics import find_metrics
 from sdh_sim.objects import find_objects, object_names
 from sdh_sim.robot import find_hand, hand_in
 from sdh_sim.runs import RunPlan
-from sdh_sim.settings import FROM_FILE, RANDOM_GRASPS, TrialSettings
+from sdh_sim.settings import DEFAULT_HAND, FROM_FILE, RANDOM_GRASPS, TrialSettings
 from sdh_sim.user_references import GraspSet, HandFolder
 
 
@@ -47,6 +47,11 @@ def make_plan(request: LiftRequest, stored: RunPlan | None) -> RunPlan:
         settings = dataclasses.replace(stored.settings, **given)
         trials, seed = stored.trials, stored.seed
     hand_in(settings).check(settings.torque_limit, settings.pads)
+    if settings.grasp_set is not None and settings.hand != DEFAULT_HAND:
+        raise GraspFileError(
+            f"grasps: files have grasps of {DEFAULT_HAND}, the run has the hand {settings.hand}; "
+            "from Python any hand takes them, as GraspPlan and Trial(settings, plan=...)"
+        )
     return RunPlan(
         names,
         settings,

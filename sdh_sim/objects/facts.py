@@ -5,11 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from sdh_sim.errors import ObjectError
-from sdh_sim.user_files.folder import FolderKind
-
 FACTS = "object.toml"
-OBJECT_KIND = FolderKind("object", ObjectError, f"{FACTS} and a mesh or an MJCF file")
 MESHES = (".stl", ".obj", ".ply", ".off", ".glb", ".gltf", ".msh")  # endings of files with a shape
 MJCF = ".xml"
 

@@ -15,15 +15,17 @@ import numpy as np
 from sdh_sim.errors import MeshError, MjcfError, ObjectError
 from sdh_sim.objects.collision_shape import collision_vertices
 from sdh_sim.objects.extents import check_extents
-from sdh_sim.objects.facts import MJCF, OBJECT_KIND, Facts, Spread
+from sdh_sim.objects.facts import FACTS, MJCF, Facts, Spread
 from sdh_sim.objects.facts_file import model_file, read_facts
 from sdh_sim.objects.geoms import set_roles
 from sdh_sim.objects.mesh_object import from_mesh
 from sdh_sim.objects.mesh_parts import Parts, hull_ratio
 from sdh_sim.objects.mjcf_object import from_mjcf, stated_mass
 from sdh_sim.objects.placement import set_mass_and_pose
-from sdh_sim.user_files.folder import Folder
+from sdh_sim.user_files.folder import Folder, FolderKind
 from sdh_sim.user_references import ObjectFolder
+
+OBJECT_KIND = FolderKind("object", ObjectError, f"{FACTS} and a mesh or an MJCF file")
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from sdh_sim.robot.arm import ARM, ARM_JOINTS, ArmKinematics
 from sdh_sim.robot.carrier import palm_motion_of
 from sdh_sim.robot.closing import Closing
+from sdh_sim.robot.find_hand import find_hand, hand_in
 from sdh_sim.robot.hand import (
     HAND,
     HandKinematics,
@@ -17,7 +18,7 @@ from sdh_sim.robot.hand import (
     taxel_names,
 )
 from sdh_sim.robot.hand_description import Finger, Hand, Motor, Pad, TaxelArray
-from sdh_sim.robot.hand_folder import find_hand, hand_in, hand_of, read_hand_folder
+from sdh_sim.robot.hand_folder import hand_of, read_hand_folder
 from sdh_sim.robot.palm_motion import PalmMotion, along
 
 __all__ = [

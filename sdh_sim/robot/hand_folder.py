@@ -6,21 +6,18 @@ The page Extending of the documentation says what a folder must hold.
 from __future__ import annotations
 
 import dataclasses
-import os
 from functools import lru_cache
 from pathlib import Path
 
 import mujoco
 
 from sdh_sim.errors import HandError, MjcfError, SettingsError
-from sdh_sim.robot.hand import built_in_hand, built_in_hands
 from sdh_sim.robot.hand_checks import check_hand, exclude_overlaps
 from sdh_sim.robot.hand_description import Hand
 from sdh_sim.robot.hand_file import model_of, read_hand_file
 from sdh_sim.robot.hand_mjcf import read_mjcf
 from sdh_sim.robot.hand_model import complete, make_servos, name_parts, spans_of
 from sdh_sim.robot.toml_table import FILE
-from sdh_sim.settings import TrialSettings
 from sdh_sim.user_files.folder import Folder, FolderKind
 from sdh_sim.user_references import HandFolder
 
@@ -99,29 +96,3 @@ def _says_file(error: Exception) -> bool:
 
 def _printable(text: str) -> str:
     return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
-
-
-def hand_in(settings: TrialSettings) -> Hand:
-    """The hand of a trial's settings; raises HandError as ``hand_of`` and ``built_in_hand``."""
-    if settings.hand_folder is not None:
-        return hand_of(settings.hand_folder)
-    return built_in_hand(settings.hand)
-
-
-def find_hand(word: str) -> tuple[str, HandFolder | None]:
-    """Name of the hand that a user asks for, and the folder of the user's own.
-
-    Args:
-        word: name of a built-in hand, or a path.
-
-    Raises:
-        HandError: no such hand, a folder that cannot be used, or the name of a built-in hand.
-    """
-    if "/" not in word and os.sep not in word and not Path(word).is_dir():
-        return built_in_hand(word).name, None
-    hand = read_hand_folder(word)
-    if hand.name in built_in_hands():
-        raise HandError(
-            f"hand: {word}: the name {hand.name!r} is a built-in hand's; set another name in {FILE}"
-        )
-    return hand.name, hand.folder

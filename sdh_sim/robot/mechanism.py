@@ -17,7 +17,6 @@ Murray, Li, Sastry: A Mathematical Introduction to Robotic Manipulation, 1994, c
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Sequence
 from functools import cached_property
 from typing import NamedTuple
@@ -26,10 +25,10 @@ import mujoco
 import numpy as np
 
 from sdh_sim.errors import HandError
+from sdh_sim.robot.rest_posture import rest_posture, weightless
 
 _RANK = 1e-8  # singular values below this share of the largest are zero
 _CLOSE, _ROUNDS = 1e-10, 100  # of Newton's iteration
-_BLOCKS, _STEPS, _STILL = 100, 200, 1e-6  # at rest: no joint moves as far in a block of steps
 AT_STOP = 0.02  # from its range, as stops give way [rad or m]
 _KEPT = 4096  # postures
 
@@ -199,58 +198,18 @@ class Mechanism:
         )
 
     def _settled(self, angles: np.ndarray) -> np.ndarray:
-        """Joint positions at rest: stepped without weight and contacts, stopped as it slows.
-
-        Setting speeds to zero whenever the kinetic energy falls (dynamic relaxation) finds a rest
-        where nothing damps, too.
-        """
-        model = self._weightless
-        data = mujoco.MjData(model)
-        data.ctrl[self._motors] = angles
-        for _ in range(_BLOCKS):
-            before = data.qpos.copy()
-            for _ in range(_STEPS):
-                mujoco.mj_step(model, data)
-                if data.qvel @ data.qacc < 0.0:
-                    data.qvel[:] = 0.0
-            if not np.isfinite(data.qpos).all():
-                break
-            if np.abs(data.qpos - before).max() < _STILL:
-                return data.qpos.copy()
-        raise HandError(
-            f"hand {self._hand}: with its motors at {' '.join(f'{v:.4g}' for v in angles)} it does "
-            f"not come to rest; give the springs of {', '.join(self.passive)} more stiffness"
-        )
+        found = rest_posture(self._weightless, self._motors, angles)
+        if found is None:
+            raise HandError(
+                f"hand {self._hand}: with its motors at {' '.join(f'{v:.4g}' for v in angles)} it "
+                f"does not come to rest; give the springs of {', '.join(self.passive)} more "
+                "stiffness"
+            )
+        return found
 
     @cached_property
     def _weightless(self) -> mujoco.MjModel:
-        """The hand without weight and contacts, made to come to rest quickly.
-
-        Where it rests does not depend on inertia and damping. So damping goes, dry friction, too,
-        which would leave the rest open, and joints get the inertia with which the stiffest motion
-        is slow enough for the time step: K dt², by Gershgorin's bound on the stiffness K.
-        """
-        model = copy.copy(self._model)
-        model.opt.gravity[:] = 0.0
-        model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
-        flags = mujoco.mjtDisableBit
-        model.opt.disableflags |= flags.mjDSBL_CONTACT | flags.mjDSBL_AUTORESET
-        for losses in ("dof_frictionloss", "tendon_frictionloss", "dof_damping", "tendon_damping"):
-            getattr(model, losses)[:] = 0.0
-        model.actuator_biasprm[:, 2] = 0.0
-        stiffness = model.jnt_stiffness.reshape(model.njnt, -1)[:, 0].copy()
-        arms = np.abs(self._rows(self._rest)[0])
-        gains = model.actuator_gainprm[self._motors, 0]
-        stiffness += arms.T @ (gains * arms.sum(axis=1))
-        for k in range(model.ntendon):
-            start = model.tendon_adr[k]
-            span = slice(start, start + model.tendon_num[k])
-            spring = model.tendon_stiffness.reshape(model.ntendon, -1)[k, 0]
-            coefficients = np.abs(model.wrap_prm[span])
-            stiffness[model.wrap_objid[span]] += spring * coefficients * coefficients.sum()
-        inertia = stiffness * model.opt.timestep**2
-        model.dof_armature[:] = np.maximum(model.dof_armature, inertia)
-        return model
+        return weightless(self._model, self._motors, self._rows(self._rest)[0])
 
 
 def _is_held(model: mujoco.MjModel, dof: int) -> bool:

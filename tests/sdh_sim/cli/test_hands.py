@@ -13,6 +13,7 @@ from sdh_sim.cli.app import one_by_one
 from sdh_sim.metrics import evaluate, grasp_of
 from sdh_sim.records import read_rows
 from tests.support.command_line import fails
+from tests.support.repository import ROOT
 
 
 @pytest.fixture(scope="module")
@@ -109,6 +110,18 @@ def test_what_does_not_fit_the_hand_is_refused_before_anything_is_written(
     out = tmp_path / "out"
     assert words in fails(capsys, "lift", "--object", "box", "--out", out, *options)
     assert not out.exists()
+
+
+def test_files_of_grasps_are_for_the_sdh2(jaw, tmp_path, capsys):
+    out = tmp_path / "g.csv"
+    assert "has the hand parallel_jaw; files of grasps are for" in fails(
+        capsys, "grasps", jaw, "--out", out
+    )
+    given = ROOT / "docs" / "examples" / "box_grasps.csv"
+    line = ("lift", "--hand", "parallel_jaw", "--object", "box", "--grasps", given)
+    assert "files have grasps of schunk_sdh2" in fails(capsys, *line, "--out", tmp_path / "run")
+    assert not out.exists()
+    assert not (tmp_path / "run").exists()
 
 
 @pytest.mark.parametrize(

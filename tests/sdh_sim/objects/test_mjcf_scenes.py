@@ -11,9 +11,9 @@ import trimesh
 
 from sdh_sim.objects import user_object
 from sdh_sim.objects.collision_shape import collision_vertices
-from sdh_sim.objects.facts import OBJECT_KIND
 from sdh_sim.objects.facts_file import read_facts
 from sdh_sim.objects.mjcf_object import from_mjcf
+from sdh_sim.objects.user_objects import OBJECT_KIND
 from sdh_sim.poses import rotation_of
 from sdh_sim.user_files.folder import Folder
 from tests.support.object_files import FACTS, A, B, C, block, info_of, object_folder, refusal
