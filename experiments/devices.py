@@ -11,8 +11,9 @@ the table taken away, with a weight that grows from nothing, until the object ha
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -27,9 +28,12 @@ from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.analysis.resampling import RESAMPLES
 from sdh_sim.atomic_files import write_atomic
 from sdh_sim.errors import Diverged
+from sdh_sim.metrics import METRICS, evaluate
 from sdh_sim.objects import PAPER_ORDER
 from sdh_sim.report.figure_style import colour_of, save, style
 from sdh_sim.runs.plan import trial_seed
+from sdh_sim.sensing import PerceivedGrasp
+from sdh_sim.sensing.perceived_grasp import gravity_task
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import Trial, classify
 
@@ -52,6 +56,7 @@ class Seen:
         device: key of DEVICES.
         held: whether the grasp held in the lift.
         loads: predicted by each bound, and held in simulation, in weights (bounds + 1,).
+        known_com: predicted where the centre of mass is known, not within TASK_RADIUS (bounds,).
         capped: the largest load was held.
         object: name of the object.
         seed: of the trial.
@@ -65,6 +70,7 @@ class Seen:
     object: str = ""
     seed: int = 0
     sensed: float = 1.0
+    known_com: np.ndarray = field(default_factory=lambda: np.full(len(BOUNDS), np.nan))
 
 
 @dataclass(frozen=True)
@@ -95,7 +101,16 @@ def observe(job: Job) -> Seen | None:
     assert row.unsensed_force_n is not None
     share = row.sensed_force_n / (row.sensed_force_n + row.unsensed_force_n)
     loads = np.array([*predicted, load.load])
-    return Seen(job.device, held, loads, load.capped, job.settings.object, job.seed, share)
+    name = job.settings.object
+    known_com = with_known_com(trial.prediction.grasp)
+    return Seen(job.device, held, loads, load.capped, name, job.seed, share, known_com)
+
+
+def with_known_com(grasp: PerceivedGrasp) -> np.ndarray:
+    """Every bound on a task without the uncertainty of the centre of mass (bounds,)."""
+    exact = replace(grasp, task=gravity_task(grasp.snapshot, grasp.obj, radius=0.0))
+    values = evaluate(exact, {bound: METRICS[bound] for bound in BOUNDS})
+    return np.array([values[bound] for bound in BOUNDS])
 
 
 @dataclass(frozen=True)
@@ -137,20 +152,16 @@ def findings(seen: Sequence[Seen]) -> list[Finding]:
             both = ((q > 0) | (q_sim > 0)) & ~capped
             with np.errstate(divide="ignore"):
                 ratios = q[both] / q_sim[both]
-            draws = np.random.default_rng(0).integers(len(ratios), size=(RESAMPLES, len(ratios)))
-            # Quantiles that are ratios themselves: between a number and infinity lies none.
-            medians = np.quantile(ratios[draws], 0.5, axis=1, method="nearest")
-            low, high = np.quantile(medians, (0.025, 0.975), method="nearest")
-            left, median, right = np.quantile(ratios, (0.16, 0.5, 0.84), method="nearest")
+            median, bounds, spread = _statistics(ratios)
             found.append(
                 Finding(
                     device,
                     bound,
                     compare_scores(q, held, group=device, metric=bound),
                     ratios,
-                    float(median),
-                    (float(low), float(high)),
-                    float(np.sqrt(right / left)) if left > 0 else np.inf,
+                    median,
+                    bounds,
+                    spread,
                     spearman(q, q_sim),
                     int(capped.sum()),
                 )
@@ -158,11 +169,27 @@ def findings(seen: Sequence[Seen]) -> list[Finding]:
     return found
 
 
+def _statistics(ratios: np.ndarray) -> tuple[float, tuple[float, float], float]:
+    """Median, its interval, and spread of ratios (k,), as in ``Finding``; NaN without any.
+
+    Quantiles are ratios themselves: between a number and infinity lies none.
+    """
+    if not len(ratios):
+        return math.nan, (math.nan, math.nan), math.nan
+    draws = np.random.default_rng(0).integers(len(ratios), size=(RESAMPLES, len(ratios)))
+    medians = np.quantile(ratios[draws], 0.5, axis=1, method="nearest")
+    low, high = np.quantile(medians, (0.025, 0.975), method="nearest")
+    left, median, right = np.quantile(ratios, (0.16, 0.5, 0.84), method="nearest")
+    spread = math.sqrt(right / left) if left > 0 else math.inf
+    return float(median), (float(low), float(high)), spread
+
+
 def csv_of(seen: Sequence[Seen]) -> str:
     """A line for every grasp: where it comes from, what was predicted, what it bore."""
-    heads = ("device", "object", "seed", "held", *BOUNDS, "q_sim", "capped", "sensed_share")
+    known = [f"{bound}_known_com" for bound in BOUNDS]
+    heads = ("device", "object", "seed", "held", *BOUNDS, "q_sim", "capped", "sensed_share", *known)
     lines = [
-        (s.device, s.object, s.seed, int(s.held), *s.loads.tolist(), int(s.capped), s.sensed)
+        (s.device, s.object, s.seed, int(s.held), *s.loads, int(s.capped), s.sensed, *s.known_com)
         for s in seen
     ]
     return "\n".join(",".join(map(str, line)) for line in [heads, *lines]) + "\n"
@@ -253,6 +280,8 @@ def main(argv: list[str] | None = None) -> None:
     if all(any(s.device == device for s in pads_alone) for device in DEVICES):
         heading = f"grasps that nothing but the pads holds ({PADS_ALONE:.0%} of the force)"
         console.print(table_of(findings(pads_alone), heading))
+        known = [replace(s, loads=np.append(s.known_com, s.loads[-1])) for s in pads_alone]
+        console.print(table_of(findings(known), f"{heading}, the centre of mass known exactly"))
     try:
         args.out.mkdir(parents=True, exist_ok=True)
         write_atomic(args.out / "devices.csv", csv_of(seen).encode())

@@ -87,10 +87,17 @@ def perceive(
     )
 
 
-def gravity_task(snapshot: TactileSnapshot, obj: ObjectInfo) -> np.ndarray:
+def gravity_task(
+    snapshot: TactileSnapshot, obj: ObjectInfo, radius: float = TASK_RADIUS
+) -> np.ndarray:
     """Wrenches that hold the object's weight around its centre of mass, (6, m).
 
     Where the weight acts along several directions in turn, those of all of them.
+
+    Args:
+        snapshot: with the directions.
+        obj: mass and centre of mass.
+        radius: within which the centre of mass lies [m].
     """
     if snapshot.gravity:
         weights = [GRAVITY * unit_vector(name) for name in directions_of(snapshot.gravity)]
@@ -100,7 +107,7 @@ def gravity_task(snapshot: TactileSnapshot, obj: ObjectInfo) -> np.ndarray:
         weights = [rotation_of(snapshot.object_pose_hand[3:]).T @ hand.T @ down]
     return np.hstack(
         [
-            gq.gravity_tasks(obj.mass_kg, np.zeros(3), weight, TASK_RADIUS, TASK_SAMPLES)
+            gq.gravity_tasks(obj.mass_kg, np.zeros(3), weight, radius, TASK_SAMPLES)
             for weight in weights
         ]
     )
