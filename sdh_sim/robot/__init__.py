@@ -17,7 +17,7 @@ from sdh_sim.robot.hand import (
     taxel_names,
 )
 from sdh_sim.robot.hand_description import Finger, Hand, Motor, Pad, TaxelArray
-from sdh_sim.robot.hand_folder import hand_of, read_hand_folder
+from sdh_sim.robot.hand_folder import hand_named, hand_of, read_hand_folder
 from sdh_sim.robot.palm_motion import PalmMotion, along
 
 __all__ = [
@@ -38,6 +38,7 @@ __all__ = [
     "built_in_hand",
     "closing_between",
     "hand_kinematics",
+    "hand_named",
     "hand_of",
     "hand_spec",
     "joint_table",

@@ -67,10 +67,12 @@ class JointDynamics:
     Attributes:
         damping: of the joint [N m s/rad or N s/m]; None: the model's.
         armature: inertia of what turns with it [kg m^2 or kg]; None: the model's.
+        frictionloss: dry friction [N m or N]; None: the model's.
     """
 
     damping: float | None
     armature: float | None
+    frictionloss: float | None
 
 
 @dataclass(frozen=True)

@@ -156,7 +156,9 @@ def _optional(table: TomlTable, key: str, low: float, high: float) -> float | No
 
 def _joint(table: TomlTable) -> JointDynamics:
     return JointDynamics(
-        _optional(table, "damping", 0.0, 1e6), _optional(table, "armature", 0.0, 1e6)
+        _optional(table, "damping", 0.0, 1e6),
+        _optional(table, "armature", 0.0, 1e6),
+        _optional(table, "frictionloss", 0.0, 1e6),
     )
 
 

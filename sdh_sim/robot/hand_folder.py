@@ -12,6 +12,7 @@ from pathlib import Path
 import mujoco
 
 from sdh_sim.errors import HandError, MjcfError, SettingsError
+from sdh_sim.robot.hand import built_in_hand
 from sdh_sim.robot.hand_checks import check_hand, exclude_overlaps
 from sdh_sim.robot.hand_description import Hand
 from sdh_sim.robot.hand_file import model_of, read_hand_file
@@ -80,6 +81,15 @@ def hand_of(reference: HandFolder) -> Hand:
             "or begin another run"
         )
     return hand
+
+
+def hand_named(name: str, folder: HandFolder | None = None) -> Hand:
+    """The hand of a setting: a user's folder where there is one, else a built-in one by its name.
+
+    Raises:
+        HandError: no such hand, or a folder that cannot be used.
+    """
+    return hand_of(folder) if folder is not None else built_in_hand(name)
 
 
 def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:

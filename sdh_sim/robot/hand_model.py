@@ -152,6 +152,8 @@ def _set_dynamics(spec: mujoco.MjSpec, hand: Hand) -> None:
             joint.damping = constant if np.ndim(joint.damping) else dynamics.damping
         if dynamics.armature is not None:
             joint.armature = dynamics.armature
+        if dynamics.frictionloss is not None:
+            joint.frictionloss = dynamics.frictionloss
 
 
 def _add_couplings(spec: mujoco.MjSpec, hand: Hand) -> None:
