@@ -27,7 +27,7 @@ def exclude_overlaps(spec: mujoco.MjSpec, hand: Hand) -> list[str]:
         hand: whose model it is.
 
     Returns:
-        a note for each pair.
+        a note that names them, where there are some.
     """
     model = spec.copy().compile()
     data = mujoco.MjData(model)
@@ -39,7 +39,8 @@ def exclude_overlaps(spec: mujoco.MjSpec, hand: Hand) -> list[str]:
         pairs.add(tuple(sorted(bodies)))
     for first, second in sorted(pairs):
         spec.add_exclude(bodyname1=first, bodyname2=second)
-    return [f"{a} and {b} overlap: no contacts between them" for a, b in sorted(pairs)]
+    named = ", ".join(f"{a} and {b}" for a, b in sorted(pairs))
+    return [f"overlap, so that no contacts are between them: {named}"] if pairs else []
 
 
 def check_hand(hand: Hand) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import mujoco
 
-from sdh_sim.errors import HandError, MjcfError, SettingsError
+from sdh_sim.errors import HandError, MjcfError, SettingsError, one_line
 from sdh_sim.robot.hand import built_in_hand
 from sdh_sim.robot.hand_checks import check_hand, exclude_overlaps
 from sdh_sim.robot.hand_description import Hand
@@ -24,6 +24,7 @@ from sdh_sim.user_references import HandFolder
 
 HAND_KIND = FolderKind("hand", HandError, f"{FILE} and the MJCF file that it names")
 MAX_TOML = 64 << 10  # [bytes]
+LONGEST_NOTE = 1000  # characters
 
 
 def read_hand_folder(path: str | Path) -> Hand:
@@ -105,4 +106,6 @@ def _says_file(error: Exception) -> bool:
 
 
 def _printable(text: str) -> str:
-    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
+    """A note in one line of a length that a reference may have."""
+    clean = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
+    return one_line(clean, LONGEST_NOTE)

@@ -100,10 +100,11 @@ def complete(spec: mujoco.MjSpec, hand: Hand) -> list[str]:
         HandError: a body or geom that the model lacks, a name that it has already, some taxels.
     """
     notes = []
-    for motor in list(spec.actuators):
-        if motor.name not in hand.motor_names:
-            notes.append(f"left out: the actuator {motor.name}, no motor of hand.toml")
-            spec.delete(motor)
+    idle = [motor for motor in spec.actuators if motor.name not in hand.motor_names]
+    if idle:
+        notes.append(f"left out, as no motors of hand.toml: {', '.join(m.name for m in idle)}")
+    for motor in idle:
+        spec.delete(motor)
     _set_dynamics(spec, hand)
     _add_couplings(spec, hand)
     for geom in spec.geoms:
