@@ -107,8 +107,12 @@ def complete(spec: mujoco.MjSpec, hand: Hand) -> list[str]:
         spec.delete(motor)
     _set_dynamics(spec, hand)
     _add_couplings(spec, hand)
-    for geom in spec.geoms:
-        _set_role(geom, STRUCTURE if geom.contype or geom.conaffinity else VISUAL)
+    for body in spec.bodies:
+        colliding = [geom for geom in body.geoms if geom.contype or geom.conaffinity]
+        bare = len(colliding) == len(body.geoms)  # nothing else would be drawn of it
+        for geom in body.geoms:
+            _set_role(geom, STRUCTURE if geom in colliding else VISUAL)
+            geom.group = VISUAL["group"] if bare else geom.group
     if hand.palm_frame is not None:
         _add_frame(spec, "palm", hand.palm, hand.palm_frame)
     for pad in hand.pads:
