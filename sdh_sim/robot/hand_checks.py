@@ -9,7 +9,8 @@ import numpy as np
 
 from sdh_sim.errors import HandError
 from sdh_sim.robot.hand import HandKinematics, HandPosture, taxel_names
-from sdh_sim.robot.hand_description import Hand, Pad
+from sdh_sim.robot.hand_description import Hand
+from sdh_sim.robot.pads import Pad
 
 OFF_BODY = 0.01  # that a pad's middle may lie off the shapes of its link [m]
 NOT_CLOSER = 1e-3  # by which pads or fingers at least approach each other in a closing [m]

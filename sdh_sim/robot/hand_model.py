@@ -13,7 +13,8 @@ import mujoco
 import numpy as np
 
 from sdh_sim.errors import HandError
-from sdh_sim.robot.hand_description import Frame, Hand, Pad, TaxelArray
+from sdh_sim.robot.hand_description import Hand
+from sdh_sim.robot.pads import Frame, Pad, TaxelArray
 
 STRUCTURE = {"contype": 4, "conaffinity": 12, "condim": 3, "group": 3}
 TAXEL = {"contype": 2, "conaffinity": 0, "condim": 3, "group": 4, "priority": 1}
