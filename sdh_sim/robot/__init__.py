@@ -17,8 +17,9 @@ from sdh_sim.robot.hand import (
     strip_taxels,
     taxel_names,
 )
-from sdh_sim.robot.hand_description import Finger, Hand, Motor, Pad, TaxelArray
-from sdh_sim.robot.hand_folder import hand_of, read_hand_folder
+from sdh_sim.robot.hand_description import Finger, Hand, Motor
+from sdh_sim.robot.hand_folder import hand_named, hand_of, read_hand_folder
+from sdh_sim.robot.pads import Pad, TaxelArray
 from sdh_sim.robot.palm_motion import PalmMotion, along
 
 __all__ = [
@@ -41,6 +42,7 @@ __all__ = [
     "find_hand",
     "hand_in",
     "hand_kinematics",
+    "hand_named",
     "hand_of",
     "hand_spec",
     "joint_table",

@@ -9,7 +9,8 @@ import numpy as np
 
 from sdh_sim.errors import HandError
 from sdh_sim.robot.hand import HandKinematics, HandPosture, taxel_names
-from sdh_sim.robot.hand_description import Hand, Pad
+from sdh_sim.robot.hand_description import Hand
+from sdh_sim.robot.pads import Pad
 
 OFF_BODY = 0.01  # that a pad's middle may lie off the shapes of its link [m]
 NOT_CLOSER = 1e-3  # by which pads or fingers at least approach each other in a closing [m]
@@ -27,7 +28,7 @@ def exclude_overlaps(spec: mujoco.MjSpec, hand: Hand) -> list[str]:
         hand: whose model it is.
 
     Returns:
-        a note for each pair.
+        a note that names them, where there are some.
     """
     model = spec.copy().compile()
     data = mujoco.MjData(model)
@@ -39,7 +40,8 @@ def exclude_overlaps(spec: mujoco.MjSpec, hand: Hand) -> list[str]:
         pairs.add(tuple(sorted(bodies)))
     for first, second in sorted(pairs):
         spec.add_exclude(bodyname1=first, bodyname2=second)
-    return [f"{a} and {b} overlap: no contacts between them" for a, b in sorted(pairs)]
+    named = ", ".join(f"{a} and {b}" for a, b in sorted(pairs))
+    return [f"overlap, so that no contacts are between them: {named}"] if pairs else []
 
 
 def check_hand(hand: Hand) -> None:

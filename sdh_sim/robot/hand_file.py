@@ -14,17 +14,8 @@ import numpy as np
 
 from sdh_sim.errors import HandError
 from sdh_sim.robot.closing import Closing, check_posture
-from sdh_sim.robot.hand_description import (
-    Coupling,
-    Finger,
-    Frame,
-    Hand,
-    JointDynamics,
-    Motor,
-    Pad,
-    Reach,
-    TaxelArray,
-)
+from sdh_sim.robot.hand_description import Coupling, Finger, Hand, JointDynamics, Motor, Reach
+from sdh_sim.robot.pads import Frame, Pad, TaxelArray
 from sdh_sim.robot.toml_table import TomlTable, show
 
 MAX_MOTORS, MAX_FINGERS, MAX_PADS, MAX_CLOSINGS, MAX_JOINTS = 32, 10, 40, 20, 100
@@ -156,7 +147,9 @@ def _optional(table: TomlTable, key: str, low: float, high: float) -> float | No
 
 def _joint(table: TomlTable) -> JointDynamics:
     return JointDynamics(
-        _optional(table, "damping", 0.0, 1e6), _optional(table, "armature", 0.0, 1e6)
+        _optional(table, "damping", 0.0, 1e6),
+        _optional(table, "armature", 0.0, 1e6),
+        _optional(table, "frictionloss", 0.0, 1e6),
     )
 
 

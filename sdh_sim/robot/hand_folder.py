@@ -11,7 +11,8 @@ from pathlib import Path
 
 import mujoco
 
-from sdh_sim.errors import HandError, MjcfError, SettingsError
+from sdh_sim.errors import HandError, MjcfError, SettingsError, one_line
+from sdh_sim.robot.hand import built_in_hand
 from sdh_sim.robot.hand_checks import check_hand, exclude_overlaps
 from sdh_sim.robot.hand_description import Hand
 from sdh_sim.robot.hand_file import model_of, read_hand_file
@@ -23,6 +24,7 @@ from sdh_sim.user_references import HandFolder
 
 HAND_KIND = FolderKind("hand", HandError, f"{FILE} and the MJCF file that it names")
 MAX_TOML = 64 << 10  # [bytes]
+LONGEST_NOTE = 1000  # characters
 
 
 def read_hand_folder(path: str | Path) -> Hand:
@@ -82,6 +84,15 @@ def hand_of(reference: HandFolder) -> Hand:
     return hand
 
 
+def hand_named(name: str, folder: HandFolder | None = None) -> Hand:
+    """The hand of a setting: a user's folder where there is one, else a built-in one by its name.
+
+    Raises:
+        HandError: no such hand, or a folder that cannot be used.
+    """
+    return hand_of(folder) if folder is not None else built_in_hand(name)
+
+
 def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
     try:
         return spec.copy().compile()
@@ -95,4 +106,6 @@ def _says_file(error: Exception) -> bool:
 
 
 def _printable(text: str) -> str:
-    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
+    """A note in one line of a length that a reference may have."""
+    clean = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
+    return one_line(clean, LONGEST_NOTE)

@@ -13,7 +13,8 @@ import mujoco
 import numpy as np
 
 from sdh_sim.errors import HandError
-from sdh_sim.robot.hand_description import Frame, Hand, Pad, TaxelArray
+from sdh_sim.robot.hand_description import Hand
+from sdh_sim.robot.pads import Frame, Pad, TaxelArray
 
 STRUCTURE = {"contype": 4, "conaffinity": 12, "condim": 3, "group": 3}
 TAXEL = {"contype": 2, "conaffinity": 0, "condim": 3, "group": 4, "priority": 1}
@@ -100,14 +101,19 @@ def complete(spec: mujoco.MjSpec, hand: Hand) -> list[str]:
         HandError: a body or geom that the model lacks, a name that it has already, some taxels.
     """
     notes = []
-    for motor in list(spec.actuators):
-        if motor.name not in hand.motor_names:
-            notes.append(f"left out: the actuator {motor.name}, no motor of hand.toml")
-            spec.delete(motor)
+    idle = [motor for motor in spec.actuators if motor.name not in hand.motor_names]
+    if idle:
+        notes.append(f"left out, as no motors of hand.toml: {', '.join(m.name for m in idle)}")
+    for motor in idle:
+        spec.delete(motor)
     _set_dynamics(spec, hand)
     _add_couplings(spec, hand)
-    for geom in spec.geoms:
-        _set_role(geom, STRUCTURE if geom.contype or geom.conaffinity else VISUAL)
+    for body in spec.bodies:
+        colliding = [geom for geom in body.geoms if geom.contype or geom.conaffinity]
+        bare = len(colliding) == len(body.geoms)  # nothing else would be drawn of it
+        for geom in body.geoms:
+            _set_role(geom, STRUCTURE if geom in colliding else VISUAL)
+            geom.group = VISUAL["group"] if bare else geom.group
     if hand.palm_frame is not None:
         _add_frame(spec, "palm", hand.palm, hand.palm_frame)
     for pad in hand.pads:
@@ -152,6 +158,8 @@ def _set_dynamics(spec: mujoco.MjSpec, hand: Hand) -> None:
             joint.damping = constant if np.ndim(joint.damping) else dynamics.damping
         if dynamics.armature is not None:
             joint.armature = dynamics.armature
+        if dynamics.frictionloss is not None:
+            joint.frictionloss = dynamics.frictionloss
 
 
 def _add_couplings(spec: mujoco.MjSpec, hand: Hand) -> None:

@@ -109,6 +109,7 @@ _CONTACT = (
     *("fluidshape", "fluidcoef", "user"),
 )
 DROPPED_ATTRIBUTES: dict[str, tuple[str, ...]] = {
+    "default": ("group",),  # of files for robosuite; MuJoCo knows no such attribute
     "compiler": (
         *("settotalmass", "exactmeshinertia", "discardvisual", "fusestatic", "usethread"),
         *("alignfree", "saveinertial", "texturedir", "convexhull", "conflict"),

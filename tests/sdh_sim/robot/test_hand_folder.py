@@ -77,6 +77,10 @@ def test_pads_get_taxels_whose_apex_is_on_the_surface(gripper):
 def test_geoms_get_the_contact_bits_of_the_workcell(gripper):
     model = hand_spec(gripper).compile()
     assert (model.geom("right_box").contype, model.geom("right_box").conaffinity) == (4, 12)
+    # Structure is drawn where a body has no other shape.
+    assert model.geom("right_box").group == 2
+    base = next(g for g in range(model.ngeom) if model.geom_bodyid[g] == model.body("base").id)
+    assert (model.geom_contype[base], model.geom_group[base]) == (4, 3)
     replaced = model.geom("left_box")
     assert (replaced.contype, replaced.conaffinity, replaced.group) == (0, 0, 2)
     shell = next(g for g in range(model.ngeom) if model.geom_type[g] == mujoco.mjtGeom.mjGEOM_MESH)
