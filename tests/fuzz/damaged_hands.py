@@ -5,6 +5,7 @@ Only HandError with one line may come out, within bounded time and memory.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -39,6 +40,14 @@ armature = 1e-4
 """
 
 
+def numbers_changed(text: bytes, rng: np.random.Generator) -> bytes:
+    """The text with one of its numbers a little different: most hands go on from there."""
+    found = list(re.finditer(rb"-?\d+\.\d+", text))
+    at = found[int(rng.integers(len(found)))]
+    value = float(at[0]) * rng.uniform(0.8, 1.2)
+    return text[: at.start()] + f"{value:.6g}".encode() + text[at.end() :]
+
+
 class DamagedHand(Target):
     """A folder of a hand and the ways to damage and read it."""
 
@@ -51,7 +60,7 @@ class DamagedHand(Target):
         """Write a folder with one damaged file; says which."""
         write_hand(self.path, MODEL, TOML + TOML_MORE)
         (self.path / "more.xml").write_text(MORE, encoding="utf-8")
-        change = words_changed if rng.integers(2) else mutated
+        change = (words_changed, mutated, numbers_changed)[int(rng.integers(3))]
         what, file, good = (
             ("toml", "hand.toml", (TOML + TOML_MORE).encode()),
             ("toml", "hand.toml", (TOML + TOML_MORE).encode()),
