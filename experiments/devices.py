@@ -248,7 +248,10 @@ def draw(found: Sequence[Finding], stem: Path) -> Path:
                 axes.plot([place - 0.3, place + 0.3], [np.log2(f.median)] * 2, lw=2.2,
                           color=colour_of(f.bound))  # fmt: skip
             axes.axhline(0.0, lw=0.8, color="0.4", zorder=0)
-            axes.set_xticks(range(len(own)), [name_of(f.bound).removeprefix("q* ") for f in own])
+            axes.set_xticks(
+                range(len(own)),
+                [name_of(f.bound).removeprefix("q* ").replace(" ", "\n") for f in own],
+            )
             axes.set_title(NAMES[device])
             axes.set_ylim(-EDGE - 0.2, EDGE + 0.2)
             axes.set_yticks(range(-3, 4), ["1/8", "1/4", "1/2", "1", "2", "4", "8"])

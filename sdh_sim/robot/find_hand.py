@@ -8,16 +8,14 @@ from pathlib import Path
 from sdh_sim.errors import HandError
 from sdh_sim.robot.hand import built_in_hand, built_in_hands
 from sdh_sim.robot.hand_description import Hand
-from sdh_sim.robot.hand_folder import hand_of, read_hand_folder
+from sdh_sim.robot.hand_folder import hand_named, read_hand_folder
 from sdh_sim.settings import TrialSettings
 from sdh_sim.user_references import HandFolder
 
 
 def hand_in(settings: TrialSettings) -> Hand:
-    """The hand of a trial's settings; raises HandError as ``hand_of`` and ``built_in_hand``."""
-    if settings.hand_folder is not None:
-        return hand_of(settings.hand_folder)
-    return built_in_hand(settings.hand)
+    """The hand of a trial's settings; raises HandError as ``hand_named``."""
+    return hand_named(settings.hand, settings.hand_folder)
 
 
 def find_hand(word: str) -> tuple[str, HandFolder | None]:
