@@ -180,7 +180,7 @@ def _statistics(ratios: np.ndarray) -> tuple[float, tuple[float, float], float]:
     medians = np.quantile(ratios[draws], 0.5, axis=1, method="nearest")
     low, high = np.quantile(medians, (0.025, 0.975), method="nearest")
     left, median, right = np.quantile(ratios, (0.16, 0.5, 0.84), method="nearest")
-    spread = math.sqrt(right / left) if left > 0 else math.inf
+    spread = math.sqrt(right / left) if left > 0 and math.isfinite(right) else math.inf
     return float(median), (float(low), float(high)), spread
 
 
@@ -245,13 +245,13 @@ def draw(found: Sequence[Finding], stem: Path) -> Path:
                 jitter = np.random.default_rng(place).uniform(-0.18, 0.18, len(ratios))
                 axes.plot(place + jitter, ratios, ".", ms=2.5, alpha=0.35,
                           color=colour_of(f.bound))  # fmt: skip
-                axes.plot([place - 0.3, place + 0.3], [np.log2(f.median)] * 2, lw=2.2,
+                with np.errstate(divide="ignore"):
+                    median = np.clip(np.log2(f.median), -EDGE, EDGE)
+                axes.plot([place - 0.3, place + 0.3], [median] * 2, lw=2.2,
                           color=colour_of(f.bound))  # fmt: skip
             axes.axhline(0.0, lw=0.8, color="0.4", zorder=0)
-            axes.set_xticks(
-                range(len(own)),
-                [name_of(f.bound).removeprefix("q* ").replace(" ", "\n") for f in own],
-            )
+            labels = [name_of(f.bound).removeprefix("q* ").replace(" ", "\n") for f in own]
+            axes.set_xticks(range(len(own)), labels)
             axes.set_title(NAMES[device])
             axes.set_ylim(-EDGE - 0.2, EDGE + 0.2)
             axes.set_yticks(range(-3, 4), ["1/8", "1/4", "1/2", "1", "2", "4", "8"])
