@@ -235,7 +235,9 @@ def draw(found: Sequence[Finding], stem: Path) -> Path:
 
     devices = list(dict.fromkeys(f.device for f in found))
     with style():
-        figure, panels = plt.subplots(1, len(devices), figsize=(7.2, 3.0), sharey=True)
+        figure, panels = plt.subplots(
+            1, len(devices), figsize=(7.2, 3.0), sharey=True, layout="constrained"
+        )
         for axes, device in zip(np.atleast_1d(panels), devices, strict=True):
             own = [f for f in found if f.device == device]
             for place, f in enumerate(own):
@@ -254,9 +256,9 @@ def draw(found: Sequence[Finding], stem: Path) -> Path:
             axes.set_xticks(range(len(own)), labels)
             axes.set_title(NAMES[device])
             axes.set_ylim(-EDGE - 0.2, EDGE + 0.2)
-            axes.set_yticks(range(-3, 4), ["1/8", "1/4", "1/2", "1", "2", "4", "8"])
+            axes.set_yticks(range(-3, 4), ["≤ 1/8", "1/4", "1/2", "1", "2", "4", "≥ 8"])
         np.atleast_1d(panels)[0].set_ylabel("predicted over simulated load, q*/q_sim")
-        png, _ = save(figure, stem)
+        _, png = save(figure, stem)
         plt.close(figure)
     return png
 
