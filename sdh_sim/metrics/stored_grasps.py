@@ -85,6 +85,7 @@ def snapshot_of(row: Mapping[str, Any]) -> TactileSnapshot | None:
         object_pose_hand=np.asarray(row["object_pose_hand"] if pose is None else pose, dtype=float),
         hand_pose_world=np.asarray(row["hand_pose_world"], dtype=float),
         gravity=row.get("gravity") or "",
+        joints=row.get(records.JOINTS),
     )
 
 

@@ -2,7 +2,7 @@
 
 from sdh_sim.errors import RecordError, one_line
 from sdh_sim.records.column import Column
-from sdh_sim.records.hand_columns import HAND_NAME, TACTILE, HandShape, hand_columns
+from sdh_sim.records.hand_columns import HAND_NAME, JOINTS, TACTILE, HandShape, hand_columns
 from sdh_sim.records.parquet_files import (
     ROW_GROUP,
     columns_of,
@@ -41,6 +41,7 @@ __all__ = [
     "FAILURES",
     "FORMAT",
     "HAND_NAME",
+    "JOINTS",
     "METRIC",
     "METRIC_ERROR",
     "NO_TRUTH",

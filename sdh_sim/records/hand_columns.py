@@ -1,7 +1,8 @@
 """Columns whose shape is that of the hand: motors and tactile arrays.
 
 ``COLUMNS`` has those of the SDH-2. A table of another hand has the same columns with other lengths,
-a column ``tactile_<kind>`` for each kind of its arrays, and one that names it.
+a column ``tactile_<kind>`` for each kind of its arrays, and one that names it; where its joints do
+not follow from its motors, one with their positions.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from sdh_sim.records.column import Column
 from sdh_sim.records.trial_row import COLUMNS, TACTILE_UNIT
 
 HAND_NAME = "hand"
+JOINTS = "joint_positions"
 TACTILE = "tactile_"
 _TACTILE = re.compile(TACTILE + r"[a-z][a-z0-9_]{0,47}")
 _OWN = {column.name for column in COLUMNS}
@@ -27,31 +29,38 @@ class HandShape(NamedTuple):
     Attributes:
         motors: number of its motors.
         arrays: pads, rows and columns of each kind of array.
+        joints: number of its joints where some are passive, otherwise 0.
     """
 
     motors: int
     arrays: Mapping[str, tuple[int, int, int]]
+    joints: int = 0
 
 
 def is_hand_column(name: str) -> bool:
     """Whether a column is one that tables of other hands have besides ours."""
-    return name == HAND_NAME or (name not in _OWN and _TACTILE.fullmatch(name) is not None)
+    known = name in (HAND_NAME, JOINTS)
+    return known or (name not in _OWN and _TACTILE.fullmatch(name) is not None)
 
 
-def hand_column(name: str, shape: tuple[int, ...] = (0, 0, 0)) -> Column:
-    """The column of that name, for which ``is_hand_column``."""
+def hand_column(name: str, shape: tuple[int, ...] | None = None) -> Column:
+    """The column of that name, for which ``is_hand_column``; without its shape where None."""
     if name == HAND_NAME:
         return Column(name, pa.string(), "", "name of the hand; without the column the SDH-2")
+    if name == JOINTS:
+        meaning = "positions of all joints of a hand with passive ones, at the snapshot"
+        return Column(name, pa.float64(), "rad or m", meaning, shape or (0,), per_hand=True)
     kind = name.removeprefix(TACTILE)
     meaning = f"arrays {kind} at the snapshot: pad, row, column"
-    return Column(name, pa.float32(), TACTILE_UNIT, meaning, shape, per_hand=True)
+    return Column(name, pa.float32(), TACTILE_UNIT, meaning, shape or (0, 0, 0), per_hand=True)
 
 
 def hand_columns(shape: HandShape) -> tuple[Column, ...]:
     """The columns of another hand: those of ours that differ, and those that it has besides."""
     motors = [c.with_shape((shape.motors,)) for c in COLUMNS if c.per_hand]
     tactile = [hand_column(TACTILE + kind, size) for kind, size in shape.arrays.items()]
-    return (*motors, hand_column(HAND_NAME), *tactile)
+    joints = [hand_column(JOINTS, (shape.joints,))] if shape.joints else []
+    return (*motors, hand_column(HAND_NAME), *joints, *tactile)
 
 
 def as_in(schema: pa.Schema, column: Column) -> Column:

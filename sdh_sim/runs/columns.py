@@ -15,9 +15,11 @@ def columns_of_run(settings: TrialSettings) -> tuple[Column, ...]:
     metrics = added_columns(settings.metrics)
     if settings.hand == DEFAULT_HAND and settings.hand_folder is None:
         return metrics
-    from sdh_sim.robot import hand_in  # what knows hands takes its time to load
+    from sdh_sim.robot import hand_in, hand_kinematics  # what knows hands takes its time to load
 
     hand = hand_in(settings)
     counts = {kind: sum(pad.array.kind == kind for pad in hand.pads) for kind in hand.arrays}
     shapes = {kind: (counts[kind], *array.shape) for kind, array in hand.arrays.items()}
-    return (*hand_columns(HandShape(len(hand.motors), shapes)), *metrics)
+    kinematics = hand_kinematics(hand)
+    joints = kinematics.model.nq if kinematics.passive else 0
+    return (*hand_columns(HandShape(len(hand.motors), shapes, joints)), *metrics)

@@ -20,7 +20,7 @@ from sdh_sim.grasping import (
 )
 from sdh_sim.metrics import Prediction, predict, user_metrics
 from sdh_sim.poses import rotation_of
-from sdh_sim.records import HAND_NAME, TACTILE, TrialRow
+from sdh_sim.records import HAND_NAME, JOINTS, TACTILE, TrialRow
 from sdh_sim.robot import hand_kinematics
 from sdh_sim.sensing import (
     TactileFrames,
@@ -144,6 +144,8 @@ class Trial:
         for kind, readings in snapshot.tactile.items():
             row[TACTILE + kind] = readings
         row.joint_angles_rad = snapshot.joint_angles
+        if snapshot.joints is not None:
+            row[JOINTS] = snapshot.joints
         row.motor_torque_nm = snapshot.motor_torques
         row.object_pose_hand = snapshot.object_pose_hand
         row.hand_pose_world = snapshot.hand_pose_world

@@ -59,6 +59,15 @@ def test_a_table_of_another_hand_comes_back(tmp_path):
     assert stack(read_table(file, ["tactile_pad"]), "tactile_pad").shape == (2, 2, 14, 6)
 
 
+def test_positions_of_passive_joints_come_back(tmp_path):
+    file = tmp_path / "trials.parquet"
+    sprung = JAW._replace(joints=3)
+    write_rows([jaw_row(0) | {"joint_positions": [0.1, 0.2, 0.3]}], file, hand_columns(sprung))
+    assert read_rows(file)[0]["joint_positions"].tolist() == [0.1, 0.2, 0.3]
+    with pytest.raises(RecordError, match=r"has column 'joint_positions'"):
+        write_rows([jaw_row(0) | {"joint_positions": [0.1]}], file, hand_columns(JAW))
+
+
 def test_a_row_of_another_hand_does_not_fit_into_the_table_of_this_one(tmp_path):
     with pytest.raises(RecordError, match=r"has column 'hand'|has shape \(1,\)"):
         write_rows([jaw_row(0)], tmp_path / "t.parquet")
