@@ -88,7 +88,7 @@ def perceive(
 
 
 def gravity_task(
-    snapshot: TactileSnapshot, obj: ObjectInfo, radius: float = TASK_RADIUS
+    snapshot: TactileSnapshot, obj: ObjectInfo, radius: float | None = None
 ) -> np.ndarray:
     """Wrenches that hold the object's weight around its centre of mass, (6, m).
 
@@ -97,8 +97,10 @@ def gravity_task(
     Args:
         snapshot: with the directions.
         obj: mass and centre of mass.
-        radius: within which the centre of mass lies [m].
+        radius: within which the centre of mass lies [m]; None: ``TASK_RADIUS``.
     """
+    if radius is None:
+        radius = TASK_RADIUS
     if snapshot.gravity:
         weights = [GRAVITY * unit_vector(name) for name in directions_of(snapshot.gravity)]
     else:
