@@ -15,7 +15,7 @@ import numpy.typing as npt
 import trimesh
 
 from sdh_sim.modelgen.arm_meshes import JOINT_POINTS, link_solids
-from sdh_sim.modelgen.lofts import combine, solid_inertia, write_obj
+from sdh_sim.modelgen.lofts import combine, solid_inertia, write_model
 
 Array = npt.NDArray[np.float64]
 Point = tuple[float, float, float]
@@ -234,11 +234,7 @@ def arm_mjcf() -> str:
 
 def write_arm(folder: Path) -> None:
     """Write kr5_sixx_r850.xml and assets/ into a folder, creating it."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, mesh in arm_meshes().items():
-        write_obj(folder / "assets" / f"{name}.obj", mesh)
-    path = folder / "kr5_sixx_r850.xml"
-    path.write_text(arm_mjcf(), encoding="ascii", newline="\n")
+    write_model(folder, {"kr5_sixx_r850.xml": arm_mjcf()}, arm_meshes())
 
 
 if __name__ == "__main__":

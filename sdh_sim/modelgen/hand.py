@@ -12,7 +12,7 @@ import numpy as np
 
 from sdh_sim.modelgen.hand_meshes import hand_meshes
 from sdh_sim.modelgen.hand_toml import hand_toml
-from sdh_sim.modelgen.lofts import write_obj
+from sdh_sim.modelgen.lofts import write_model
 from sdh_sim.robot import sdh2_constants as c
 
 # Assumptions (not published for this hand), stated once:
@@ -214,12 +214,8 @@ def hand_mjcf() -> str:
 
 def write_hand(folder: Path) -> None:
     """Write ``sdh2.xml``, ``hand.toml`` and ``assets/*.obj`` below the folder."""
-    assets = folder / "assets"
-    assets.mkdir(parents=True, exist_ok=True)
-    for name, mesh in hand_meshes().items():
-        write_obj(assets / f"{name}.obj", mesh)
-    (folder / "sdh2.xml").write_text(hand_mjcf(), encoding="utf-8")
-    (folder / "hand.toml").write_text(hand_toml(), encoding="utf-8")
+    texts = {"sdh2.xml": hand_mjcf(), "hand.toml": hand_toml()}
+    write_model(folder, texts, hand_meshes())
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ are laid out cyclically: z gives (u, v, w), x gives (w, u, v), y gives (v, w, u)
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -202,6 +202,16 @@ def write_obj(path: Path, mesh: trimesh.Trimesh, decimals: int = 6) -> None:
     lines += [f"f {a} {b} {c}" for a, b, c in np.asarray(mesh.faces) + 1]
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text("\n".join(lines) + "\n", encoding="ascii", newline="\n")
+
+
+def write_model(
+    folder: Path, texts: Mapping[str, str], meshes: Mapping[str, trimesh.Trimesh]
+) -> None:
+    """Write text files by their names, and ``assets/NAME.obj``, into a folder, creating it."""
+    for name, mesh in meshes.items():
+        write_obj(folder / "assets" / f"{name}.obj", mesh)
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8", newline="\n")
 
 
 def _four_quadrants(u: Array, v: Array) -> Array:

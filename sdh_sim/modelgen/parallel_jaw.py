@@ -11,7 +11,7 @@ import numpy as np
 
 from sdh_sim.modelgen import jaw_numbers as j
 from sdh_sim.modelgen.jaw_meshes import jaw_meshes
-from sdh_sim.modelgen.lofts import write_obj
+from sdh_sim.modelgen.lofts import write_model
 from sdh_sim.modelgen.object_parts import numbers
 from sdh_sim.modelgen.toml_text import toml_array, toml_table, toml_value
 
@@ -207,12 +207,8 @@ def jaw_toml() -> str:
 
 def write_jaw(folder: Path) -> None:
     """Write ``parallel_jaw.xml``, ``hand.toml`` and ``assets/*.obj`` below the folder."""
-    assets = folder / "assets"
-    assets.mkdir(parents=True, exist_ok=True)
-    for name, mesh in jaw_meshes().items():
-        write_obj(assets / f"{name}.obj", mesh)
-    (folder / "parallel_jaw.xml").write_text(jaw_mjcf(), encoding="utf-8")
-    (folder / "hand.toml").write_text(jaw_toml(), encoding="utf-8")
+    texts = {"parallel_jaw.xml": jaw_mjcf(), "hand.toml": jaw_toml()}
+    write_model(folder, texts, jaw_meshes())
 
 
 if __name__ == "__main__":

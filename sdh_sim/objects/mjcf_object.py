@@ -20,8 +20,8 @@ from sdh_sim.objects.mjcf_files import ObjectTree, parse_mjcf
 from sdh_sim.objects.mjcf_words import SHAPES
 from sdh_sim.poses import rotation_of
 from sdh_sim.user_files.folder import Folder
-from sdh_sim.user_files.mesh_limits import MAX_FACES, MAX_MESH, MAX_PARTS, MeshPiece, joined
-from sdh_sim.user_files.meshes import read_mesh
+from sdh_sim.user_files.mesh_limits import MAX_FACES, MAX_PARTS, MeshPiece, joined
+from sdh_sim.user_files.mjcf_meshes import read_mesh_file, take_mesh_place, written_mesh
 
 _KIND = mujoco.mjtMeshInertia
 
@@ -138,21 +138,13 @@ def _read_meshes(
         root: of the checked MJCF; changed in place.
         place: folder of the MJCF file, relative to ``folder``.
     """
-    options: dict[str, str] = {}
-    for compiler in root.findall("compiler"):
-        options |= compiler.attrib
-        for name in ("meshdir", "assetdir", "strippath"):
-            compiler.attrib.pop(name, None)
-    place = place / options.get("meshdir", options.get("assetdir", ""))
+    where = take_mesh_place(root, place)
     pieces: dict[str, list[MeshPiece]] = {}
     for number, mesh in enumerate(root.findall("asset/mesh")):
         if "file" in mesh.attrib:
-            name = mesh.attrib["file"]
-            if options.get("strippath") == "true":
-                name = PurePosixPath(name.replace("\\", "/")).name
-            name = str(place / name)
+            name = where.path(mesh.attrib["file"])
             mesh.attrib.setdefault("name", PurePosixPath(name).stem)
-            found = _read_mesh(folder, name)
+            found = read_mesh_file(folder, name, MESHES)
         else:
             if "name" not in mesh.attrib:
                 raise MjcfError("has a <mesh> with neither name nor file")
@@ -164,29 +156,10 @@ def _read_meshes(
     return pieces
 
 
-def _read_mesh(folder: Folder, name: str) -> list[MeshPiece]:
-    """The pieces of a mesh file of the folder."""
-    ending = PurePosixPath(name).suffix
-    if ending.lower() not in MESHES:
-        raise MjcfError(
-            f"has the mesh {name!r:.80}; its name must end in one of {', '.join(MESHES)}"
-        )
-    try:
-        return read_mesh(folder.read(name, MAX_MESH), ending)
-    except MeshError as error:
-        raise MjcfError(f"has the mesh {name!r:.80}, which {error}") from error
-
-
 def _written_mesh(mesh: ET.Element) -> list[MeshPiece]:
     """The mesh whose vertices, and perhaps triangles, stand in the MJCF itself."""
     name = mesh.attrib["name"]
-    numbers = np.array([float(v) for v in mesh.attrib.pop("vertex").split()])
-    corners = np.array([float(v) for v in mesh.attrib.pop("face", "").split()])
-    if len(numbers) % 3 or len(corners) % 3:
-        raise MjcfError(f"has the mesh {name!r:.60}, whose vertex or face is not in threes")
-    vertices, faces = numbers.reshape(-1, 3), corners.astype(np.int64).reshape(-1, 3)
-    if len(faces) and not 0 <= faces.min() <= faces.max() < len(vertices):
-        raise MjcfError(f"has the mesh {name!r:.60}, whose face names a vertex that it lacks")
+    vertices, faces = written_mesh(name, mesh)
     if len(faces):
         return [(vertices, faces)]
     try:

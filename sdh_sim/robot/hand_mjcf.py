@@ -9,7 +9,7 @@ from pathlib import PurePosixPath
 import mujoco
 import numpy as np
 
-from sdh_sim.errors import MeshError, MjcfError
+from sdh_sim.errors import MjcfError
 from sdh_sim.robot.hand_words import (
     ATTRIBUTES,
     CHILDREN,
@@ -19,8 +19,8 @@ from sdh_sim.robot.hand_words import (
     WITHIN,
 )
 from sdh_sim.user_files.folder import Folder
-from sdh_sim.user_files.mesh_limits import MAX_MESH, MeshPiece, joined
-from sdh_sim.user_files.meshes import read_mesh
+from sdh_sim.user_files.mesh_limits import MeshPiece, joined
+from sdh_sim.user_files.mjcf_meshes import read_mesh_file, take_mesh_place, written_mesh
 from sdh_sim.user_files.mjcf_tree import read_tree
 
 MESHES = (".stl", ".obj", ".msh")  # endings that MuJoCo takes, too
@@ -132,28 +132,24 @@ def _read_meshes(
         place: folder of the MJCF file, relative to ``folder``.
         dropped: what does not count; added to.
     """
-    options: dict[str, str] = {}
-    for compiler in root.findall("compiler"):
-        options |= compiler.attrib
-        for name in ("meshdir", "assetdir", "strippath"):
-            compiler.attrib.pop(name, None)
-    place = place / options.get("meshdir", options.get("assetdir", ""))
+    where = take_mesh_place(root, place)
     found: dict[str, MeshPiece] = {}
     parents = [(asset, mesh) for asset in root.findall("asset") for mesh in asset.findall("mesh")]
     for number, (asset, mesh) in enumerate(parents):
         name, file = mesh.get("name", ""), mesh.get("file")
         if file is not None:
-            if options.get("strippath") == "true":
-                file = PurePosixPath(file.replace("\\", "/")).name
+            file = where.path(file)
             name = name or PurePosixPath(file).stem
         if name in found:  # MuJoCo would refuse it; programs that join files take the first
             asset.remove(mesh)
             dropped.add(f"the second mesh {name!r:.60}")
             continue
         if file is not None:
-            piece = _read_mesh(folder, str(place / file))
+            piece = joined(read_mesh_file(folder, file, MESHES))
         elif name and "vertex" in mesh.attrib:
-            piece = _written_mesh(name, mesh)
+            piece = written_mesh(name, mesh)
+            if len(piece[0]) < 4:
+                raise MjcfError(f"has the mesh {name!r:.60} of fewer than four vertices")
         else:
             raise MjcfError("has a <mesh> with neither a file nor a vertex and a name")
         mesh.attrib |= {"name": name, "file": f"{number}.obj"}
@@ -161,31 +157,3 @@ def _read_meshes(
     if sum(len(faces) for _, faces in found.values()) > MAX_TRIANGLES:
         raise MjcfError(f"has more than {MAX_TRIANGLES} triangles in its meshes; simplify them")
     return found
-
-
-def _read_mesh(folder: Folder, name: str) -> MeshPiece:
-    """The mesh of a file of the folder."""
-    ending = PurePosixPath(name).suffix.lower()
-    if ending not in MESHES:
-        raise MjcfError(
-            f"has the mesh {name!r:.80}; its name must end in one of {', '.join(MESHES)}"
-        )
-    try:
-        return joined(read_mesh(folder.read(name, MAX_MESH), ending))
-    except MeshError as error:
-        raise MjcfError(f"has the mesh {name!r:.80}, which {error}") from error
-
-
-def _written_mesh(name: str, mesh: ET.Element) -> MeshPiece:
-    """The mesh whose vertices, and perhaps triangles, stand in the MJCF itself."""
-    try:
-        points = np.array([float(v) for v in mesh.attrib.pop("vertex").split()])
-        corners = np.array([float(v) for v in mesh.attrib.pop("face", "").split()])
-    except ValueError as error:
-        raise MjcfError(f"has the mesh {name!r:.60}, whose vertex or face is no number") from error
-    if len(points) % 3 or len(corners) % 3 or len(points) < 12:
-        raise MjcfError(f"has the mesh {name!r:.60}, whose vertex or face is not in threes")
-    vertices, faces = points.reshape(-1, 3), corners.astype(np.int64).reshape(-1, 3)
-    if len(faces) and not 0 <= faces.min() <= faces.max() < len(vertices):
-        raise MjcfError(f"has the mesh {name!r:.60}, whose face names a vertex that it lacks")
-    return vertices, faces

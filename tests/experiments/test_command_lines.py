@@ -35,8 +35,6 @@ def test_bad_command_lines_say_what_is_wrong_in_one_line(arguments):
 
 
 def test_table1_prints_both_bounds_and_draws_figure_6(tmp_path):
-    if not (ROOT / "models" / "objects" / "box").is_dir():
-        pytest.skip("models/objects/box is not there")
     result = run("experiments.table1", "--grasps", "12", "--objects", "box", "--out", str(tmp_path))
     assert result.returncode == 0, result.stderr
     assert "L∞ paper" in result.stdout

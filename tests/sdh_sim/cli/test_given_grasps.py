@@ -213,7 +213,7 @@ def test_a_run_repeats_resumes_and_minds_changes(tmp_path, capsys, quick, file):
 
 
 def test_a_dask_cluster_runs_the_same_trials(tmp_path, quick, file):
-    pytest.importorskip("distributed")
+    pytest.importorskip("distributed", reason="the extra 'distributed' is not installed")
     here, there = tmp_path / "here", tmp_path / "there"
     assert lift("--grasps", file, "--out", here, "--workers", 1) == 0
     assert lift("--grasps", file, "--out", there, "--workers", 1, "--executor", "dask") == 0

@@ -131,7 +131,7 @@ def test_a_process_without_end_is_ended(tmp_path, stand_in, monkeypatch):
 
 
 def test_coacd_makes_convex_parts_of_a_ring(tmp_path, monkeypatch):
-    pytest.importorskip("coacd")
+    pytest.importorskip("coacd", reason="the extra 'decompose' is not installed")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     found = user_object(object_folder(tmp_path, ring(), ASKED))
     assert found.parts >= 4

@@ -213,6 +213,8 @@ BAD_MODELS = {
     "</worldbody>": ('<frame><geom size="1"/></frame></worldbody>', "has a geom in no body"),
     "parts": ("..", "is not the name of a file in this folder"),
     'file="shell.stl"': ('file="shell.png"', "its name must end in one of .stl, .obj, .msh"),
+    'name="shell" file="shell.stl"': ('name="shell" vertex="0 0 0 1 0 0 0 1 0"',
+                                      "of fewer than four vertices"),
     'kp="4000"': ('kp="0"', "the actuator grip is no position servo"),
     'tendon="pull"': ('tendon="pull" gear="0"', "the actuator grip has gear 0"),
     "<equality>": ("<equality><weld body1='left' body2='right'/>", "its 1 motors move only 0"),
