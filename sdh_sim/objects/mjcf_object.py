@@ -21,7 +21,8 @@ from sdh_sim.objects.mjcf_words import SHAPES
 from sdh_sim.poses import rotation_of
 from sdh_sim.user_files.folder import Folder
 from sdh_sim.user_files.mesh_limits import MAX_FACES, MAX_PARTS, MeshPiece, joined
-from sdh_sim.user_files.mjcf_meshes import read_mesh_file, take_mesh_place, written_mesh
+from sdh_sim.user_files.meshes import read_mesh_file
+from sdh_sim.user_files.mjcf_meshes import take_mesh_place, written_mesh
 
 _KIND = mujoco.mjtMeshInertia
 

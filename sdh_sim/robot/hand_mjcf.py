@@ -20,7 +20,8 @@ from sdh_sim.robot.hand_words import (
 )
 from sdh_sim.user_files.folder import Folder
 from sdh_sim.user_files.mesh_limits import MeshPiece, joined
-from sdh_sim.user_files.mjcf_meshes import read_mesh_file, take_mesh_place, written_mesh
+from sdh_sim.user_files.meshes import read_mesh_file
+from sdh_sim.user_files.mjcf_meshes import take_mesh_place, written_mesh
 from sdh_sim.user_files.mjcf_tree import read_tree
 
 MESHES = (".stl", ".obj", ".msh")  # endings that MuJoCo takes, too

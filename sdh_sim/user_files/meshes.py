@@ -13,15 +13,17 @@ import logging
 import re
 import struct
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from pathlib import PurePosixPath
 from typing import Any
 
 import numpy as np
 import trimesh
 
-from sdh_sim.errors import MeshError
+from sdh_sim.errors import MeshError, MjcfError
+from sdh_sim.user_files.folder import Folder
 from sdh_sim.user_files.mesh_bytes import read_msh, stl_kind
-from sdh_sim.user_files.mesh_limits import MAX_FACES, MeshPiece
+from sdh_sim.user_files.mesh_limits import MAX_FACES, MAX_MESH, MeshPiece
 
 MAX_GROUPS = 1000  # that an OBJ file divides its faces into
 _GROUP = re.compile(rb"(?m)^[ \t]*(?:o|g|usemtl|s|endsolid)\b")
@@ -66,6 +68,29 @@ def read_mesh(data: bytes, ending: str) -> list[MeshPiece]:
         raise MeshError("holds no triangles")
     _check_faces(sum(len(p[1]) for p in pieces))
     return pieces
+
+
+def read_mesh_file(folder: Folder, name: str, endings: Sequence[str]) -> list[MeshPiece]:
+    """The pieces of a mesh file that an MJCF file of the folder names.
+
+    Args:
+        folder: to read from.
+        name: of the file, relative to it.
+        endings: that its name may have.
+
+    Raises:
+        MjcfError: another ending, or no mesh.
+        SettingsError: a file that cannot be read.
+    """
+    ending = PurePosixPath(name).suffix.lower()
+    if ending not in endings:
+        raise MjcfError(
+            f"has the mesh {name!r:.80}; its name must end in one of {', '.join(endings)}"
+        )
+    try:
+        return read_mesh(folder.read(name, MAX_MESH), ending)
+    except MeshError as error:
+        raise MjcfError(f"has the mesh {name!r:.80}, which {error}") from error
 
 
 def _check_faces(faces: int) -> None:

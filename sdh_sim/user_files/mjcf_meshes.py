@@ -1,18 +1,15 @@
-"""Meshes of an MJCF file, in files beside it or written in it: read here, never by MuJoCo."""
+"""Meshes of an MJCF file: where their files are, and those that are written in it."""
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 
 import numpy as np
 
-from sdh_sim.errors import MeshError, MjcfError
-from sdh_sim.user_files.folder import Folder
-from sdh_sim.user_files.mesh_limits import MAX_MESH, MeshPiece
-from sdh_sim.user_files.meshes import read_mesh
+from sdh_sim.errors import MjcfError
+from sdh_sim.user_files.mesh_limits import MeshPiece
 
 
 @dataclass(frozen=True)
@@ -48,29 +45,6 @@ def take_mesh_place(root: ET.Element, place: PurePosixPath) -> MeshPlace:
             compiler.attrib.pop(name, None)
     folder = place / options.get("meshdir", options.get("assetdir", ""))
     return MeshPlace(folder, options.get("strippath") == "true")
-
-
-def read_mesh_file(folder: Folder, name: str, endings: Sequence[str]) -> list[MeshPiece]:
-    """The pieces of a mesh file of the folder.
-
-    Args:
-        folder: to read from.
-        name: of the file, relative to it.
-        endings: that its name may have.
-
-    Raises:
-        MjcfError: another ending, or no mesh.
-        SettingsError: a file that cannot be read.
-    """
-    ending = PurePosixPath(name).suffix.lower()
-    if ending not in endings:
-        raise MjcfError(
-            f"has the mesh {name!r:.80}; its name must end in one of {', '.join(endings)}"
-        )
-    try:
-        return read_mesh(folder.read(name, MAX_MESH), ending)
-    except MeshError as error:
-        raise MjcfError(f"has the mesh {name!r:.80}, which {error}") from error
 
 
 def written_mesh(name: str, mesh: ET.Element) -> MeshPiece:
