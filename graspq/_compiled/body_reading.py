@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from graspq._compiled.body import LEAST_EXTENT, Body
 from graspq._compiled.jit import compiled
 
@@ -23,11 +25,10 @@ def take(bodies, g, shift, own, own_first):
     offset = bodies.first_point[begin]
     for i in range(end - begin + 1):
         own_first[i] = bodies.first_point[begin + i] - offset
-    for r in range(6):
-        # Slices, since only loops from 0 become vector code.
-        row, source = own[r], bodies.points[r, offset : offset + own_first[end - begin]]
-        for k in range(source.shape[0]):
-            row[k] = source[k]
+    # A size that the compiler does not know keeps it from unrolling the loop.
+    for r in range(own.shape[0]):
+        for k in range(own_first[end - begin]):
+            own[r, k] = bodies.points[r, offset + k]
     return Body(
         own,
         own_first[: end - begin + 1],
@@ -39,13 +40,13 @@ def take(bodies, g, shift, own, own_first):
     )
 
 
-@compiled(fastmath={"nnan", "nsz", "reassoc"})
+@compiled(fastmath={"nsz", "reassoc"})
 def extent(body, size):
     """Write the largest absolute entry per row of the body's points and ellipsoids.
 
-    All must be finite.
+    Returns whether all points are finite, short of 1e308.
     """
-    most = 0.0
+    most, total = 0.0, 0.0
     sets = body.first_point.shape[0] - 1
     for r in range(6):
         big = abs(body.shift[r])
@@ -53,6 +54,7 @@ def extent(body, size):
         for k in range(body.first_point[sets]):
             entry = abs(row[k])
             big = entry if entry > big else big
+            total += entry
         for k in range(body.first_ellipsoid[0], body.first_ellipsoid[sets]):
             big = max(big, abs(body.centres[r, k]))
             for c in range(3):
@@ -61,3 +63,4 @@ def extent(body, size):
         most = max(most, big)
     for r in range(6):
         size[r] = max(size[r], LEAST_EXTENT * most)
+    return total < np.inf

@@ -13,7 +13,7 @@ import numpy as np
 
 from graspq._compiled.incremental_hull import FIRST, FULL, GROWN, insert, is_vertex, jog, start
 from graspq._compiled.jit import compiled
-from graspq._compiled.small_matrices import dot, invert
+from graspq._compiled.small_matrices import dot, invert_in_place
 from graspq._compiled.support_function import support
 
 STUCK, ARTIFICIAL_LEFT, COARSE = 3, 4, 5
@@ -146,8 +146,8 @@ def _exact_plane(hull, facet, state):
     for k in range(6):
         exact = hull.vertices[facet.vertices[k]].exact
         for r in range(6):
-            state.basis[k, r] = exact[r]
-    if not invert(state.basis, state.matrix, state.inverse):
+            state.basis[k, r] = state.matrix[k, r] = exact[r]
+    if not invert_in_place(state.matrix, state.inverse, 0.0):
         return False
     for r in range(6):
         total = 0.0

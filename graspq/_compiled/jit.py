@@ -15,10 +15,11 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import gc
 import hashlib
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -87,7 +88,8 @@ class Entry:
         if not kept:
             _tell(self._function.__name__)
         try:
-            kernel.compile(signature)
+            with _no_collection():
+                kernel.compile(signature)
             return kernel
         except Exception:
             # A full disk and a damaged file raise whatever they happen to raise. The files go, so
@@ -99,8 +101,21 @@ class Entry:
 
     def _uncached(self, signature: tuple[Any, ...]) -> Any:
         kernel = njit(**OPTIONS)(self._function)
-        kernel.compile(signature)
+        with _no_collection():
+            kernel.compile(signature)
         return kernel
+
+
+@contextlib.contextmanager
+def _no_collection() -> Iterator[None]:
+    """Keep the cyclic garbage collector from going through all that a compiler builds."""
+    on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if on:
+            gc.enable()
 
 
 def _kept(kernel: Any, name: str) -> list[Path]:

@@ -31,28 +31,15 @@ def _sound(state):
     return True
 
 
-@compiled(fastmath={"reassoc", "nsz", "contract"})
-def _total(array, begin, end):
-    """Sum of the absolute entries of some columns: finite where all are, short of 1e308."""
-    total = 0.0
-    for r in range(6):
-        # A slice, since only loops from 0 become vector code.
-        row = array[r, begin:end]
-        for k in range(row.shape[0]):
-            total += abs(row[k])
-    return total
-
-
 @compiled
-def _refused(body, tasks, begin, end):
-    """Whether a point is not finite, or a task not finite or zero."""
-    total = _total(body.points, 0, body.first_point[body.first_point.shape[0] - 1])
+def _tasks_are_sound(tasks, begin, end):
+    """Whether every task is finite, short of 1e308, and none is zero."""
     for j in range(begin, end):
-        length = _total(tasks, j, j + 1)
-        if not length > 0.0:
-            return True
-        total += length
-    return not total < np.inf
+        force = abs(tasks[0, j]) + abs(tasks[1, j]) + abs(tasks[2, j])
+        moment = abs(tasks[3, j]) + abs(tasks[4, j]) + abs(tasks[5, j])
+        if not 0.0 < force + moment < np.inf:
+            return False
+    return True
 
 
 @entry
@@ -103,10 +90,10 @@ def shoot_bodies(
     for g in range(first_set.shape[0] - 1):
         body = take(bodies, g, shifts[g], own, own_first)
         results[g, SOUND] = 0.0
-        if _refused(body, tasks, first_task[g], last_task[g]):
+        finite = extent(body, state.size)
+        if not (finite and _tasks_are_sound(tasks, first_task[g], last_task[g])):
             results[g, STATUS] = REFUSED
             continue
-        extent(body, state.size)
         for i in range(sets):
             candidates[i, 0] = 0
         for k in range(6):

@@ -66,12 +66,11 @@ def _turn(state, length):
 
 @compiled
 def _shrink(state, factor):
-    """Shrink the artificial vertices; False when the basis becomes singular."""
+    """Shrink the artificial vertices; the tableau has to be formed anew."""
     for k in range(6):
         if state.kinds[k] == ARTIFICIAL:
             for c in range(6):
                 state.basis[k, c] *= factor
-    return refactor(state, state.target)
 
 
 @compiled
@@ -83,30 +82,29 @@ def _perturb(state, amount, attempt):
 
 
 @compiled
-def _settle(work, body, stop):
-    """Form the tableau anew and return (good, value, upper, weight left on artificials)."""
-    state = work.state
+def _refine(state, rows):
+    """Form the tableau anew for the task itself and write its plane to ``u``.
+
+    Returns (good, weight on vertices of the body, weight on artificial ones as a length).
+    """
     tableau, basis, kinds = state.tableau, state.basis, state.kinds
-    u, vertex, rest = state.u, state.vertex, state.rest
-    task, size = state.task, state.size
+    u, rest, task, size = state.u, state.rest, state.task, state.size
     if not refactor(state, task):
-        return False, 0.0, np.inf, 1.0
+        return False, 0.0, 1.0
     # One step of refinement: vertices of a smooth set lie close together.
-    for c in range(6):
+    for c in range(rows):
         rest[c] = task[c]
         for k in range(6):
             rest[c] -= basis[k, c] * tableau[WEIGHTS, k]
         u[c] = tableau[c, OBJECTIVE]
-    for k in range(6):
-        for c in range(6):
-            tableau[WEIGHTS, k] += tableau[c, k] * rest[c]
     far = 0.0
     for c in range(6):
         far = max(far, abs(task[c]) / size[c])
-    total, real, left = 0.0, 0.0, 0.0
-    for k in range(6):
+    real, left = 0.0, 0.0
+    for k in range(rows):
+        for c in range(6):
+            tableau[WEIGHTS, k] += tableau[c, k] * rest[c]
         weight = tableau[WEIGHTS, k]
-        total += abs(weight)
         if kinds[k] == VERTEX:
             real += max(weight, 0.0)
         else:
@@ -114,44 +112,55 @@ def _settle(work, body, stop):
             for c in range(6):
                 length = max(length, abs(basis[k, c]) / size[c])
             left = max(left, abs(weight) * length / far)
-    h = support(u, body, work, vertex)
-    along = dot(u, task)
-    upper = h / along if along > 0.0 else np.inf
-    # Dropping a negative weight must cost no more than round-off of the task itself.
-    for c in range(6):
-        missing, big = task[c], abs(task[c])
-        for k in range(6):
-            part = basis[k, c] * tableau[WEIGHTS, k]
-            big = max(big, abs(part))
-            if tableau[WEIGHTS, k] > 0.0:
-                missing -= part
-        if abs(missing) > 1e-11 * big and abs(missing) > 1e-12 * total * size[c]:
-            return False, 0.0, upper, left
-    value = 1.0 / real if real > 0.0 else 0.0
-    near = 1.0 + 4.0 * stop + 2e-10
-    good = h <= near and (left > NO_WEIGHT or value <= upper * near)
-    return good, min(value, upper), upper, left
+    return True, real, left
 
 
 @compiled
-def _separate(work, body):
-    """Upper bound on q from the plane of the basis vertices of the body; inf when it cuts it.
+def _settle(state, rows, h, real, left, stop):
+    """Return (good, value, upper) of weights and plane, whose support value is ``h``."""
+    basis, weights, task = state.basis, state.tableau[WEIGHTS], state.task
+    along = dot(state.u, task)
+    upper = h / along if along > 0.0 else np.inf
+    total = 0.0
+    for k in range(6):
+        total += abs(weights[k])
+    # Dropping a negative weight must cost no more than round-off of the task itself.
+    for c in range(rows):
+        missing, big = task[c], abs(task[c])
+        for k in range(6):
+            part = basis[k, c] * weights[k]
+            big = max(big, abs(part))
+            if weights[k] > 0.0:
+                missing -= part
+        if abs(missing) > 1e-11 * big and abs(missing) > 1e-12 * total * state.size[c]:
+            return False, 0.0, upper
+    value = 1.0 / real if real > 0.0 else 0.0
+    near = 1.0 + 4.0 * stop + 2e-10
+    good = h <= near and (left > NO_WEIGHT or value <= upper * near)
+    return good, min(value, upper), upper
 
-    The plane holds the origin and every basis vertex but the artificial ones. When the whole set
-    lies below it and the task above, no multiple of the task can be reached.
-    """
-    state = work.state
-    u, vertex, task, size = state.u, state.vertex, state.task, state.size
-    for c in range(6):
-        u[c] = 0.0
+
+@compiled
+def _plane_of_vertices(state, rows):
+    """Write to ``u`` the plane through the origin and every basis vertex of the body itself."""
+    for c in range(rows):
+        state.u[c] = 0.0
         for k in range(6):
             if state.kinds[k] == ARTIFICIAL:
-                u[c] += state.tableau[c, k]
-    h = support(u, body, work, vertex)
-    along = dot(u, task)
-    length, far = 0.0, 0.0
+                state.u[c] += state.tableau[c, k]
+
+
+@compiled
+def _separated(state, h):
+    """Upper bound on q from a plane u through the origin, of support value ``h``; inf from none.
+
+    When the whole set lies below the plane and the task above, no multiple of it can be reached.
+    """
+    u, task = state.u, state.task
+    along, length, far = 0.0, 0.0, 0.0
     for c in range(6):
-        length += abs(u[c]) * size[c]
+        along += u[c] * task[c]
+        length += abs(u[c]) * state.size[c]
         far += abs(u[c] * task[c])
     # Round-off of a sum of six.
     if h > 1e-11 * length or along <= 1e-9 * far:
@@ -168,6 +177,9 @@ def shoot(work, body, stop):
     """
     state = work.state
     kinds, task, target, size = state.kinds, state.task, state.target, state.size
+    u, vertex = state.u, state.vertex
+    # A size that the compiler does not know keeps it from unrolling loops that are run once.
+    rows = body.points.shape[0]
     far = 0.0
     for c in range(6):
         far = max(far, abs(task[c]) / size[c])
@@ -201,10 +213,15 @@ def shoot(work, body, stop):
                 done = outcome == DONE or not above
             if not done:
                 break
-            good, value, upper, left = _settle(work, body, stop)
-            best = min(best, upper)
+            good, real, left = _refine(state, rows)
+            value = 0.0
+            if good:
+                h = support(u, body, work, vertex)
+                good, value, upper = _settle(state, rows, h, real, left, stop)
+                best = min(best, upper)
             if left > NO_WEIGHT:
-                best = min(best, _separate(work, body))
+                _plane_of_vertices(state, rows)
+                best = min(best, _separated(state, support(u, body, work, vertex)))
             if best <= no_reach:
                 return ZERO, 0.0, best
             if not good:
@@ -218,7 +235,8 @@ def shoot(work, body, stop):
             if shrunk:
                 return ZERO, 0.0, best
             shrunk = True
-            if not _shrink(state, SHRUNK / length):
+            _shrink(state, SHRUNK / length)
+            if not refactor(state, target):
                 break
         if attempt > 0:
             perturbation *= GROWTH
@@ -230,6 +248,7 @@ def collect(work, body, owners, ellipsoid_owners, forces):
     """Write the contacts' wrenches (n, 6) at the optimum, from the basis and its weights."""
     state = work.state
     u, part = state.u, state.vertex
+    rows = body.points.shape[0]
     for i in range(forces.shape[0]):
         for r in range(6):
             forces[i, r] = 0.0
@@ -237,7 +256,7 @@ def collect(work, body, owners, ellipsoid_owners, forces):
     for k in range(6):
         if state.kinds[k] == VERTEX:
             total += max(state.tableau[WEIGHTS, k], 0.0)
-    for k in range(6):
+    for k in range(rows):
         weight = state.tableau[WEIGHTS, k] / total
         if state.kinds[k] == VERTEX and weight > 0.0:
             for r in range(6):

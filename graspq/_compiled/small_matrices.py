@@ -6,22 +6,12 @@ from graspq._compiled.jit import compiled
 
 
 @compiled
-def invert(matrix, scratch, inverse):
-    """Invert a square matrix; ``scratch`` is overwritten. False when the matrix is singular."""
-    # A size that the compiler does not know keeps it from unrolling these loops.
-    n = matrix.shape[0]
-    for r in range(n):
-        for c in range(n):
-            scratch[r, c] = matrix[r, c]
-    return invert_in_place(scratch, inverse, 0.0)
-
-
-@compiled
 def invert_in_place(matrix, inverse, least):
     """Write the inverse of ``matrix``, which is overwritten: Gauss-Jordan, partial pivoting.
 
     Returns False when a pivot is at most ``least`` in magnitude.
     """
+    # A size that the compiler does not know keeps it from unrolling these loops.
     n = matrix.shape[0]
     for r in range(n):
         for c in range(n):

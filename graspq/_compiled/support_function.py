@@ -13,20 +13,31 @@ from graspq._compiled.jit import compiled
 from graspq._compiled.workspace import CHOSEN
 
 # Reordered and fused sums are allowed, which vector code needs; values that are no numbers are not.
-# For these large loops alone: in what is inlined the order may be another in a process that
-# compiles than in one that reads what the first has kept (tests/graspq/test_compiled_cache.py).
+# For these loops alone, which call nothing: a part that is called with and without is compiled
+# twice, and in what is inlined the order may be another in a process that compiles than in one
+# that reads what the first has kept (tests/graspq/test_compiled_cache.py).
 FAST = {"contract", "nsz", "reassoc", "nnan"}
 # What a set contributes to a support point: a point k >= 0, ellipsoid k as -2 - k, or this.
 ORIGIN = -1
 
 
-@compiled(fastmath=FAST)
+@compiled
 def support(u, body, work, vertex):
     """Return the support value of direction u (6,) and write a support point to ``vertex``.
 
-    ``score`` is scratch, shape (K,); ``chosen`` (n,) receives what each set contributes.
+    Row ``CHOSEN`` of the workspace's ``parts`` receives what each set contributes; ``score`` is
+    scratch.
     """
-    points, first_point, first_ellipsoid = body.points, body.first_point, body.first_ellipsoid
+    total = _points_support(u, body, work, vertex)
+    if body.centres.shape[1] > 0:
+        total = _with_ellipsoids(u, body, work, vertex)
+    return total
+
+
+@compiled(fastmath=FAST)
+def _points_support(u, body, work, vertex):
+    """``support`` without ellipsoids; ``score`` receives how far along u each point lies."""
+    points, first_point = body.points, body.first_point
     score = work.score
     u0, u1, u2, u3, u4, u5 = u[0], u[1], u[2], u[3], u[4], u[5]
     count = first_point.shape[0] - 1
@@ -52,10 +63,6 @@ def support(u, body, work, vertex):
         for k in range(own.shape[0]):
             if own[k] > best:
                 best, pick = own[k], begin + k
-        for k in range(first_ellipsoid[i], first_ellipsoid[i + 1]):
-            value = _ellipsoid_support(u, body, k)
-            if value > best:
-                best, pick = value, -2 - k
         total += best
         parts[CHOSEN, i] = pick
         # In registers: a sum in memory takes as long as all the rest.
@@ -63,9 +70,28 @@ def support(u, body, work, vertex):
             x0, x1, x2 = x0 + points[0, pick], x1 + points[1, pick], x2 + points[2, pick]
             x3, x4, x5 = x3 + points[3, pick], x4 + points[4, pick], x5 + points[5, pick]
     vertex[0], vertex[1], vertex[2], vertex[3], vertex[4], vertex[5] = x0, x1, x2, x3, x4, x5
-    for i in range(count if body.centres.shape[1] > 0 else 0):
-        if parts[CHOSEN, i] < ORIGIN:
-            add_support_point(u, body, parts[CHOSEN, i], vertex)
+    return total
+
+
+@compiled
+def _with_ellipsoids(u, body, work, vertex):
+    """``support`` of all, from the points that were chosen and their scores."""
+    parts, total = work.parts, 0.0
+    least = 0.0 if body.holds_origin else -np.inf
+    for r in range(6):
+        vertex[r] = -body.shift[r]
+        total -= u[r] * body.shift[r]
+    for i in range(body.first_point.shape[0] - 1):
+        pick = parts[CHOSEN, i]
+        best = work.score[pick] if pick >= 0 else least
+        for k in range(body.first_ellipsoid[i], body.first_ellipsoid[i + 1]):
+            value = _ellipsoid_support(u, body, k)
+            if value > best:
+                best, pick = value, -2 - k
+        total += best
+        parts[CHOSEN, i] = pick
+        if pick != ORIGIN:
+            add_support_point(u, body, pick, vertex)
     return total
 
 
@@ -117,13 +143,13 @@ def remember(work):
 
 @compiled
 def _ellipsoid_support(u, body, k):
-    value, square = 0.0, 0.0
+    axes, value, square = body.axes[k], 0.0, 0.0
     for r in range(6):
         value += u[r] * body.centres[r, k]
-    for c in range(3):
+    for c in range(axes.shape[1]):
         part = 0.0
         for r in range(6):
-            part += u[r] * body.axes[k, r, c]
+            part += u[r] * axes[r, c]
         square += part * part
     return value + np.sqrt(square)
 
@@ -135,19 +161,18 @@ def add_support_point(u, body, pick, out):
         for r in range(6):
             out[r] += body.points[r, pick]
         return
-    k = -2 - pick
-    square = 0.0
-    for c in range(3):
+    axes, square = body.axes[-2 - pick], 0.0
+    for c in range(axes.shape[1]):
         part = 0.0
         for r in range(6):
-            part += u[r] * body.axes[k, r, c]
+            part += u[r] * axes[r, c]
         square += part * part
     length = np.sqrt(square)
     for r in range(6):
-        out[r] += body.centres[r, k]
-    for c in range(3 if length > 0.0 else 0):
+        out[r] += body.centres[r, -2 - pick]
+    for c in range(axes.shape[1] if length > 0.0 else 0):
         part = 0.0
         for r in range(6):
-            part += u[r] * body.axes[k, r, c]
+            part += u[r] * axes[r, c]
         for r in range(6):
-            out[r] += body.axes[k, r, c] * part / length
+            out[r] += axes[r, c] * part / length

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from graspq._compiled.jit import compiled
-from graspq._compiled.small_matrices import invert
+from graspq._compiled.small_matrices import invert_in_place
 
 # Kinds of basis vertices: points of the body, or of the artificial start.
 VERTEX, ARTIFICIAL = 0, 1
@@ -75,7 +75,10 @@ class Workspace(NamedTuple):
 @compiled
 def refactor(state, target):
     """Form the tableau anew from the basis; False when the basis is singular."""
-    if not invert(state.basis, state.matrix, state.inverse):
+    for k in range(6):
+        for c in range(6):
+            state.matrix[k, c] = state.basis[k, c]
+    if not invert_in_place(state.matrix, state.inverse, 0.0):
         return False
     for c in range(6):
         total = 0.0
