@@ -11,7 +11,6 @@ the table taken away, with a weight that grows from nothing, until the object ha
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -23,9 +22,13 @@ from rich.table import Table
 from experiments.command_line import Parser, at_least, fail
 from experiments.parallel import run_all
 from sdh_sim.analysis.comparison import Comparison, compare_scores, name_of
-from sdh_sim.analysis.load_agreement import spearman
+from sdh_sim.analysis.load_agreement import (
+    RatioSummary,
+    load_ratios,
+    spearman,
+    summarise_ratios,
+)
 from sdh_sim.analysis.proportion import Proportion
-from sdh_sim.analysis.resampling import RESAMPLES
 from sdh_sim.atomic_files import write_atomic
 from sdh_sim.errors import Diverged
 from sdh_sim.metrics import METRICS, evaluate
@@ -91,7 +94,7 @@ def observe(job: Job) -> Seen | None:
             return None
         trial.snapshot()
         held = classify(trial.lift()) == "none"
-        load = trial.load(held=False)
+        load = trial.load()
     except Diverged:
         return None
     assert trial.prediction is not None
@@ -121,10 +124,8 @@ class Finding:
         device: key of DEVICES.
         bound: member of BOUNDS.
         comparison: with the outcomes of the lift.
-        ratios: q*/q_sim of the grasps of which either is above 0 and that gave way (k,).
-        median: of the ratios.
-        median_interval: its 95 % bootstrap interval.
-        spread: factor to either side within which 68 % of the ratios lie.
+        ratios: q*/q_sim of the grasps that gave way (k,), as ``load_ratios`` counts them.
+        ratio: their summary; None where no grasp gave way.
         correlation: Spearman's, of q* and q_sim.
         capped: grasps that bore the largest load tried.
     """
@@ -133,9 +134,7 @@ class Finding:
     bound: str
     comparison: Comparison
     ratios: np.ndarray
-    median: float
-    median_interval: tuple[float, float]
-    spread: float
+    ratio: RatioSummary | None
     correlation: float | None
     capped: int
 
@@ -149,39 +148,19 @@ def findings(seen: Sequence[Seen]) -> list[Finding]:
         loads = np.array([s.loads for s in own])
         for k, bound in enumerate(BOUNDS):
             q, q_sim = np.maximum(np.nan_to_num(loads[:, k]), 0.0), loads[:, -1]
-            both = ((q > 0) | (q_sim > 0)) & ~capped
-            with np.errstate(divide="ignore"):
-                ratios = q[both] / q_sim[both]
-            median, bounds, spread = _statistics(ratios)
+            ratios = load_ratios(q, q_sim, capped)
             found.append(
                 Finding(
                     device,
                     bound,
                     compare_scores(q, held, group=device, metric=bound),
                     ratios,
-                    median,
-                    bounds,
-                    spread,
+                    summarise_ratios(ratios, np.random.default_rng(0)),
                     spearman(q, q_sim),
                     int(capped.sum()),
                 )
             )
     return found
-
-
-def _statistics(ratios: np.ndarray) -> tuple[float, tuple[float, float], float]:
-    """Median, its interval, and spread of ratios (k,), as in ``Finding``; NaN without any.
-
-    Quantiles are ratios themselves: between a number and infinity lies none.
-    """
-    if not len(ratios):
-        return math.nan, (math.nan, math.nan), math.nan
-    draws = np.random.default_rng(0).integers(len(ratios), size=(RESAMPLES, len(ratios)))
-    medians = np.quantile(ratios[draws], 0.5, axis=1, method="nearest")
-    low, high = np.quantile(medians, (0.025, 0.975), method="nearest")
-    left, median, right = np.quantile(ratios, (0.16, 0.5, 0.84), method="nearest")
-    spread = math.sqrt(right / left) if left > 0 and math.isfinite(right) else math.inf
-    return float(median), (float(low), float(high)), spread
 
 
 def csv_of(seen: Sequence[Seen]) -> str:
@@ -203,7 +182,10 @@ def table_of(found: Sequence[Finding], title: str) -> Table:
     for head in heads:
         table.add_column(head, justify="left" if head in heads[:2] else "right")
     for f in found:
-        c = f.comparison
+        c, ratio, median = f.comparison, f.ratio, "-"
+        if ratio is not None:
+            low, high = ratio.median_interval
+            median = f"{ratio.median:.2f} ({low:.2f}–{high:.2f})"
         first = f.bound == BOUNDS[0]
         if first and f is not found[0]:
             table.add_section()
@@ -211,8 +193,8 @@ def table_of(found: Sequence[Finding], title: str) -> Table:
             NAMES[f.device] if first else "",
             name_of(f.bound),
             str(c.n) if first else "",
-            f"{f.median:.2f} ({f.median_interval[0]:.2f}–{f.median_interval[1]:.2f})",
-            f"{f.spread:.2f}",
+            median,
+            "-" if ratio is None else f"{ratio.spread:.2f}",
             "-" if f.correlation is None else f"{f.correlation:.2f}",
             "-" if c.auc is None or c.auc_interval is None
             else f"{c.auc:.2f} ({c.auc_interval[0]:.2f}–{c.auc_interval[1]:.2f})",
@@ -247,10 +229,10 @@ def draw(found: Sequence[Finding], stem: Path) -> Path:
                 jitter = np.random.default_rng(place).uniform(-0.18, 0.18, len(ratios))
                 axes.plot(place + jitter, ratios, ".", ms=2.5, alpha=0.35,
                           color=colour_of(f.bound))  # fmt: skip
-                with np.errstate(divide="ignore"):
-                    median = np.clip(np.log2(f.median), -EDGE, EDGE)
-                axes.plot([place - 0.3, place + 0.3], [median] * 2, lw=2.2,
-                          color=colour_of(f.bound))  # fmt: skip
+                if f.ratio is not None:
+                    median = np.clip(f.ratio.median, 2.0**-EDGE, 2.0**EDGE)
+                    axes.plot([place - 0.3, place + 0.3], [np.log2(median)] * 2, lw=2.2,
+                              color=colour_of(f.bound))  # fmt: skip
             axes.axhline(0.0, lw=0.8, color="0.4", zorder=0)
             labels = [name_of(f.bound).removeprefix("q* ").replace(" ", "\n") for f in own]
             axes.set_xticks(range(len(own)), labels)

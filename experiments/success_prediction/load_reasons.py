@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -11,6 +10,7 @@ import numpy as np
 
 from experiments.success_prediction.metric_grid import REPORTED, Variant
 from sdh_sim.analysis.comparison import NAMES
+from sdh_sim.analysis.load_agreement import load_ratios
 from sdh_sim.analysis.study import Study
 from sdh_sim.analysis.trial_tables import SURPLUS
 from sdh_sim.records import NO_TRUTH
@@ -18,6 +18,7 @@ from sdh_sim.report.page import Section, Table
 from sdh_sim.report.table_cells import DASH, TableCell, object_name
 
 SHOWN = 8
+LOAD = ("q_sim", "q_sim_capped")
 Row = Mapping[str, Any]
 
 
@@ -59,19 +60,16 @@ def by_circumstance(rows: Sequence[Row], q: dict[str, np.ndarray], tested: Seque
         part = [k for k in tested if belongs(rows[k])]
         cells: list[str | TableCell] = [text, str(len(part))]
         for scores in q.values():
-            logs = [
-                math.log(scores[k] / rows[k]["q_sim"])
-                for k in part
-                if scores[k] > 0 and rows[k]["q_sim"] > 0 and not rows[k]["q_sim_capped"]
-            ]
-            if not logs:
+            loads, capped = (np.array([rows[k][name] for k in part]) for name in LOAD)
+            ratios = load_ratios(scores[part], loads.astype(float), capped.astype(bool))
+            if not len(ratios):
                 cells.append(DASH)
                 continue
-            low, middle, high = np.exp(np.quantile(logs, [0.16, 0.5, 0.84]))
+            low, middle, high = np.quantile(ratios, [0.16, 0.5, 0.84], method="nearest")
             cells.append(TableCell(f"{middle:.2f}", f"{low:.2f}–{high:.2f}"))
         lines.append(cells)
     return Table(
-        "Median of q*/q_sim (in brackets the 16 % and 84 % quantiles) where both are above 0, in "
+        "Median of q*/q_sim (in brackets the 16 % and 84 % quantiles), 0 and infinity included, in "
         "parts of the trials.",
         ["trials", "n", *(NAMES[name] for name in q)],
         lines,

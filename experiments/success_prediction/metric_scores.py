@@ -73,8 +73,9 @@ class Result:
         found |= _ends("best_accuracy", best.accuracy.interval if best else None)
         found["spearman_q_sim"] = a.spearman if a else None
         found |= _ends("spearman_q_sim", a.spearman_interval if a else None)
-        found["median_ratio_q_sim"] = a.factor if a else None
-        found["spread_log_ratio"] = a.spread if a else None
+        ratio = a.ratio if a else None
+        found["median_ratio_q_sim"] = ratio.median if ratio else None
+        found["spread_factor"] = ratio.spread if ratio else None
         return found
 
     def line(self) -> str:
@@ -160,7 +161,7 @@ def results_table(results: Sequence[Result]) -> Table:
         ]
         if load:
             cells.append(number(a.spearman) if a else DASH)
-            cells.append(number(a.factor) if a else DASH)
+            cells.append(number(a.ratio.median) if a and a.ratio else DASH)
         rows.append(cells)
         before = section
     head = ["pads", "metric", "assumptions", "n", "AUC", "at 1", "at best"]

@@ -1,12 +1,14 @@
 """Predicted against simulated load: q* against q_sim of the load test.
 
-Both are in weights of the object. q_sim is 0 for a grasp that does not hold the object without
-further load. Where the grasp still held at the largest load tried, q_sim is that load: such a
-trial counts in the rank correlation, but not in the ratio q*/q_sim.
+Both are in weights of the object. q_sim is 0 for a grasp that does not hold the object even without
+weight. The ratio q*/q_sim is then infinite, or 1 where q* says so too: every trial counts, so that
+all metrics are compared on the same ones. Where the grasp still held at the largest load tried,
+q_sim is that load: such a trial counts in the rank correlation, but has no ratio.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +19,62 @@ from sdh_sim.analysis.resampling import RESAMPLES, Interval, interval
 
 
 @dataclass(frozen=True)
+class RatioSummary:
+    """Ratios q*/q_sim of a metric; 0 and infinity are ratios too.
+
+    Quantiles are ratios of the sample: between a number and infinity lies none.
+
+    Attributes:
+        n: number of ratios.
+        median: above 1 where the metric overestimates the load.
+        median_interval: its 95 % bootstrap interval.
+        quartiles: the lower and the upper one.
+        spread: factor to either side of the middle that spans 68 % of the ratios, infinite where 16
+            % of them are 0 or infinite; for a log-normal distribution exp(standard deviation).
+    """
+
+    n: int
+    median: float
+    median_interval: Interval
+    quartiles: tuple[float, float]
+    spread: float
+
+
+def load_ratios(q: np.ndarray, q_sim: np.ndarray, capped: np.ndarray) -> np.ndarray:
+    """Ratios q*/q_sim (k,) of all trials that gave way, 1 where both loads are 0.
+
+    Args:
+        q: (n,) the metric [weights]; NaN and what is below 0 count as 0.
+        q_sim: (n,) load held [weights], without NaN.
+        capped: (n,) bool, whether the grasp still held at the largest load tried.
+    """
+    q, q_sim = np.maximum(np.nan_to_num(q, posinf=np.inf), 0.0)[~capped], q_sim[~capped]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where((q == 0.0) & (q_sim == 0.0), 1.0, q / q_sim)
+
+
+def summarise_ratios(
+    ratios: np.ndarray, rng: np.random.Generator, resamples: int = RESAMPLES
+) -> RatioSummary | None:
+    """Summary of ratios (k,), of which there may be 0 and infinity; None of none."""
+    if not len(ratios):
+        return None
+    left, low, median, high, right = np.quantile(
+        ratios, (0.16, 0.25, 0.5, 0.75, 0.84), method="nearest"
+    )
+    draws = ratios[rng.integers(len(ratios), size=(resamples, len(ratios)))]
+    medians = np.quantile(draws, 0.5, axis=1, method="nearest")
+    bounds = np.quantile(medians, (0.025, 0.975), method="nearest")
+    return RatioSummary(
+        len(ratios),
+        float(median),
+        (float(bounds[0]), float(bounds[1])),
+        (float(low), float(high)),
+        math.sqrt(right / left) if left > 0.0 and math.isfinite(right) else math.inf,
+    )
+
+
+@dataclass(frozen=True)
 class Agreement:
     """One metric q* against q_sim.
 
@@ -24,11 +82,7 @@ class Agreement:
         n: trials with both numbers.
         spearman: rank correlation; None where either is constant or n < 3.
         spearman_interval: its 95 % bootstrap interval.
-        ratios: trials with both above 0, finite and q_sim below the largest load.
-        median, low_quartile, high_quartile: of log(q*/q_sim) over those; None if there are none.
-        median_interval: 95 % bootstrap interval of the median.
-        spread: half the distance between the 16 % and 84 % quantiles of log(q*/q_sim); for a
-            normal distribution its standard deviation.
+        ratio: summary of q*/q_sim over all trials that gave way; None if there are none.
         below: share of the trials with q* <= q_sim, those that held the largest load included.
         zero: trials where q* is not above 0 though the grasp held a load.
         dropped: trials where the grasp held no load though q* is above 0.
@@ -38,21 +92,11 @@ class Agreement:
     n: int
     spearman: float | None
     spearman_interval: Interval | None
-    ratios: int
-    median: float | None
-    low_quartile: float | None
-    high_quartile: float | None
-    median_interval: Interval | None
-    spread: float | None
+    ratio: RatioSummary | None
     below: Proportion
     zero: int
     dropped: int
     capped: int
-
-    @property
-    def factor(self) -> float | None:
-        """Median of q*/q_sim: above 1 where the metric overestimates the load."""
-        return None if self.median is None else float(np.exp(self.median))
 
 
 def spearman(x: np.ndarray, y: np.ndarray) -> float | None:
@@ -93,26 +137,13 @@ def agree(
         rng, resamples: of the bootstrap over trials.
     """
     q = np.where(np.isnan(q), 0.0, q)
-    usable = (q > 0) & np.isfinite(q) & (q_sim > 0) & ~capped
-    logs = np.log(q[usable] / q_sim[usable])
     correlation = spearman(q, q_sim)
     ranked = None if correlation is None else _spearman_interval(q, q_sim, rng, resamples)
-    median = quarter = three = spread = bounds = None
-    if len(logs):
-        low, quarter, median, three, high = np.quantile(logs, [0.16, 0.25, 0.5, 0.75, 0.84])
-        spread = float(high - low) / 2
-        draws = rng.integers(len(logs), size=(resamples, len(logs)))
-        bounds = interval(np.median(logs[draws], axis=1))
     return Agreement(
         n=len(q),
         spearman=correlation,
         spearman_interval=ranked,
-        ratios=len(logs),
-        median=None if median is None else float(median),
-        low_quartile=None if quarter is None else float(quarter),
-        high_quartile=None if three is None else float(three),
-        median_interval=bounds,
-        spread=spread,
+        ratio=summarise_ratios(load_ratios(q, q_sim, capped), rng, resamples),
         below=Proportion(int((q <= q_sim).sum()), len(q)),
         zero=int(((q <= 0) & (q_sim > 0)).sum()),
         dropped=int(((q > 0) & (q_sim <= 0)).sum()),

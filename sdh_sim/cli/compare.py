@@ -167,8 +167,8 @@ def metric_table(study: Study) -> Table:
             cells += [DASH, DASH]
             if agreement is not None and agreement.spearman is not None:
                 cells[4] = f"{agreement.spearman:.2f}"
-            if agreement is not None and agreement.factor is not None:
-                cells[5] = f"{agreement.factor:.2f}"
+            if agreement is not None and agreement.ratio is not None:
+                cells[5] = f"{agreement.ratio.median:.2f}"
         table.add_row(*cells)
     return table
 

@@ -119,13 +119,14 @@ def _load(study: Study) -> list[Record]:
         row = {"object": group, "metric": metric, "trials": subset, "n": a.n}
         row["spearman"] = a.spearman
         row |= _bounds("spearman", a.spearman_interval)
-        row |= {"ratios": a.ratios, "median_log_ratio": a.median}
-        row |= _bounds("median_log_ratio", a.median_interval)
+        ratio = a.ratio
+        low, high = ratio.quartiles if ratio else (None, None)
+        row |= {"ratios": ratio.n if ratio else 0, "median_ratio": ratio.median if ratio else None}
+        row |= _bounds("median_ratio", ratio.median_interval if ratio else None)
         row |= {
-            "quartile_low": a.low_quartile,
-            "quartile_high": a.high_quartile,
-            "spread_log_ratio": a.spread,
-            "median_ratio": a.factor,
+            "quartile_low": low,
+            "quartile_high": high,
+            "spread_factor": ratio.spread if ratio else None,
         }
         row |= _rate("not_above_q_sim", a.below)
         rows.append(row | {"q_zero": a.zero, "q_sim_zero": a.dropped, "capped": a.capped})

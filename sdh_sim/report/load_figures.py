@@ -10,6 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import PercentFormatter
 
 from sdh_sim.analysis.comparison import METRICS
+from sdh_sim.analysis.load_agreement import load_ratios
 from sdh_sim.analysis.study import EVERY, Study
 from sdh_sim.report import figure_style as fs
 from sdh_sim.report.figures import ceiling, columns_for, shown
@@ -17,6 +18,8 @@ from sdh_sim.report.figures import ceiling, columns_for, shown
 _DOT: dict[str, Any] = {
     "linestyle": "", "marker": "o", "markersize": 3.6, "markeredgewidth": 0.8
 }  # fmt: skip
+# Ratios q*/q_sim beyond these are drawn there.
+RATIO_EDGES = (0.1, 10.0)
 _ARROW: dict[str, Any] = {"linestyle": "", "marker": ">", "markersize": 4.5}
 
 
@@ -107,14 +110,13 @@ def load_scatter(study: Study) -> Figure:
 
 
 def load_ratio(study: Study) -> Figure:
-    """Distribution of q*/q_sim for each bound."""
+    """Distribution of q*/q_sim for each bound; 0 and infinity stand at the edges."""
     metrics = [m for m in shown(study) if m in study.load]
     figure, (ax,) = fs.panels(1, 0.6 + 0.55 * len(metrics), width=5.6)
     samples = []
     for metric in metrics:
         q, q_sim, capped, _ = study.load[metric]
-        usable = (q > 0) & np.isfinite(q) & (q_sim > 0) & ~capped
-        samples.append(q[usable] / q_sim[usable])
+        samples.append(np.clip(load_ratios(q, q_sim, capped), *RATIO_EDGES))
     for position, (metric, ratio) in enumerate(zip(metrics, samples, strict=True)):
         colour = fs.COLOURS[metric]
         spread = np.random.default_rng(0).uniform(-0.16, 0.16, len(ratio))
@@ -127,12 +129,11 @@ def load_ratio(study: Study) -> Figure:
                    capprops={"color": colour})  # fmt: skip
     ax.axvline(1.0, color=fs.GREY, linewidth=0.9, linestyle=(0, (4, 3)), zorder=0)
     ax.set_xscale("log")
-    span = np.concatenate(samples) if samples else np.array([])
-    ends = np.percentile(span, (0.5, 99.5)) if len(span) else (0.4, 2.5)
-    low, high = min(0.4, float(ends[0]) / 1.15), max(2.5, float(ends[1]) * 1.15)
-    ax.set_xlim(low, high)
-    ticks = [t for t in (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20) if low <= t <= high]
-    ax.set_xticks(ticks, [f"{t:g}" for t in ticks])
+    low, high = RATIO_EDGES
+    ax.set_xlim(low / 1.1, high * 1.1)
+    ax.set_xticks(
+        [low, 0.2, 0.5, 1, 2, 5, high], [f"≤ {low:g}", "0.2", "0.5", "1", "2", "5", f"≥ {high:g}"]
+    )
     ax.minorticks_off()
     ax.set_yticks(range(len(metrics)), [fs.TEXTS[m] for m in metrics])
     ax.invert_yaxis()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from sdh_sim.analysis.comparison import name_of
 from sdh_sim.analysis.study import EVERY, SEEN, Study
 from sdh_sim.report.page import Table
@@ -144,24 +142,23 @@ def load_table(study: Study) -> Table:
             label = object_name(group) + ("" if subset == EVERY else ", pads see every contact")
             for k, metric in enumerate(study.load):
                 a = study.agreement[group, metric, subset]
-                bounds = a.median_interval
-                factors = None if bounds is None else (math.exp(bounds[0]), math.exp(bounds[1]))
+                ratio = a.ratio
                 rows.append(
                     [
                         label if k == 0 else "",
                         name_of(metric),
                         str(a.n),
                         number(a.spearman, a.spearman_interval),
-                        str(a.ratios),
-                        number(a.factor, factors),
-                        number(None if a.spread is None else math.exp(a.spread)),
+                        str(ratio.n if ratio else 0),
+                        number(ratio.median, ratio.median_interval) if ratio else DASH,
+                        number(ratio.spread) if ratio else DASH,
                         percent(a.below),
                     ]
                 )
     return Table(
-        "q* against q_sim: Spearman's rank correlation over all trials; median of q*/q_sim and "
-        "the factor that spans 68 % of the trials around it, where both are above 0; share of "
-        "the trials in which the bound promises no more than the grasp held [%].",
+        "q* against q_sim: Spearman's rank correlation over all trials; median of q*/q_sim over "
+        "all that gave way, 0 and infinity included, and the factor that spans 68 % of them around "
+        "it; share of the trials in which the bound promises no more than the grasp held [%].",
         ["trials", "metric", "n", "rank corr.", "ratios", "q*/q_sim", "spread ×", "q* ≤ q_sim"],
         rows,
         text_columns=(0, 1),

@@ -98,22 +98,23 @@ def load_sentences(study: Study) -> list[str]:
     known = {m: study.agreement[study.main, m, EVERY] for m in metrics}
     lines = []
     for metric, a in known.items():
-        if a.median is None or a.spread is None or a.median_interval is None:
+        if a.ratio is None:
             continue
-        low, high = (math.exp(v) for v in a.median_interval)
-        side = "over" if a.median > 0 else "under"
+        low, high = a.ratio.median_interval
+        verdict = "overestimates" if low > 1.0 else "underestimates" if high < 1.0 else "is right"
         lines.append(
-            f"{name_of(metric)} {side}estimates: median of q*/q_sim {math.exp(a.median):.2f} "
-            f"({low:.2f} to {high:.2f}), spread a factor {math.exp(a.spread):.2f} either way."
+            f"{name_of(metric)} {verdict} in the median: q*/q_sim {a.ratio.median:.2f} "
+            f"({low:.2f} to {high:.2f}), spread a factor {a.ratio.spread:.2f} either way; "
+            f"{a.dropped} grasps held no load at all though it is above 0, {a.zero} held some "
+            "though it is not."
         )
-    bounded = {m: abs(a.median) for m, a in known.items() if a.median is not None}
-    if bounded:
-        nearest = min(bounded, key=lambda m: bounded[m])
+    medians = {m: a.ratio.median for m, a in known.items() if a.ratio}
+    off = {m: abs(math.log(r)) for m, r in medians.items() if 0.0 < r < math.inf}
+    if off:
+        nearest = min(off, key=lambda m: off[m])
         lines.append(f"By its median, {name_of(nearest)} is nearest to what the grasps hold.")
     any_one = known[metrics[0]]
     lines.append(
-        f"The ratio is defined for {any_one.ratios} of {any_one.n} trials: {any_one.dropped} "
-        f"grasps held no load at all though {name_of(metrics[0])} > 0, {any_one.zero} held some "
-        f"though {name_of(metrics[0])} = 0, {any_one.capped} held the largest load tried."
+        f"Of {any_one.n} trials {any_one.capped} held the largest load tried and have no ratio."
     )
     return lines

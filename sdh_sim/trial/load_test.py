@@ -17,10 +17,10 @@ from sdh_sim.poses import rotate
 from sdh_sim.sensing import GRAVITY
 from sdh_sim.trial import outcome
 
-# Motion in the hand since the start of a ramp that counts as giving way [mm, deg]. A grasp that
-# takes its load over from the table settles first, and is judged as in the lift.
-HELD_LIMITS = (2.0, 2.0)
-TAKEN_LIMITS = (outcome.MAX_DISPLACEMENT_MM, outcome.MAX_ROTATION_DEG)
+# Motion in the hand that counts as giving way [mm, deg]: since the grasp was made, as in the lift;
+# for loads beside the weight of a lifted object, since they began to grow.
+LIMITS = (outcome.MAX_DISPLACEMENT_MM, outcome.MAX_ROTATION_DEG)
+LIFTED_LIMITS = (2.0, 2.0)
 COARSE, FINE = 0.5, 0.06  # growth of the load per second, as a share of it (of the weight below 1)
 STEP_BACK = 0.85  # the fine ramp starts where the load was this share of the coarse result
 SETTLE = 0.3  # [s] for the hand to find its balance without table or weight
@@ -67,14 +67,15 @@ class Failure:
 
 
 def gravity_factor(
-    simulation: Simulation, start: float, speed: float = 1.0, down: np.ndarray = WORLD_DOWN
+    simulation: Simulation, speed: float = 1.0, down: np.ndarray = WORLD_DOWN
 ) -> Failure:
-    """Scale the object's weight from ``start`` upwards until it gives way (q_sim).
+    """Take the table away and let the object's weight grow from nothing until it gives way (q_sim).
+
+    It has given way when it has moved further in the hand than a held object may in the lift,
+    since the start: the same for grasps that the lift finds to hold and for those that fail.
 
     Args:
-        simulation: at rest with the object in the hand; left anywhere.
-        start: 1 with the object's weight in the hand; 0 to take the table away and let the
-            weight grow from nothing.
+        simulation: at rest with the object in the hand, as at the snapshot; left anywhere.
         speed: factor on the rates of the ramps, to show that they do not matter.
         down: direction of the weight in the world (3,), of length 1.
 
@@ -87,16 +88,14 @@ def gravity_factor(
     simulation.phase = "load"
     by_gravity = 1.0 if simulation.scene.model.opt.gravity.any() else 0.0
     load = _Load(np.concatenate((down, np.zeros(3))), False, by_gravity)
-    if start > 0.0:
-        return _two_ramps(simulation, load, start, speed)
     with simulation.without_table():
         _apply(simulation, load, 0.0)
         before = simulation.object_in_hand()
         simulation.wait(SETTLE)
-        taken = _Limit(before, *TAKEN_LIMITS)
-        if taken.exceeded(simulation):
+        limit = _Limit(before, *LIMITS)
+        if limit.exceeded(simulation):
             return Failure(0.0, False)
-        return _two_ramps(simulation, load, 0.0, speed, taken)
+        return _two_ramps(simulation, load, speed, limit)
 
 
 def direction_loads(simulation: Simulation, speed: float = 1.0) -> np.ndarray:
@@ -116,7 +115,8 @@ def direction_loads(simulation: Simulation, speed: float = 1.0) -> np.ndarray:
         simulation.restore(state)
         wrench = np.array(direction, dtype=float)
         wrench[3:] *= MOMENT_ARM
-        result = _two_ramps(simulation, _Load(wrench, True, 0.0), 0.0, speed)
+        limit = _Limit(simulation.object_in_hand(), *LIFTED_LIMITS)
+        result = _two_ramps(simulation, _Load(wrench, True, 0.0), speed, limit)
         unit = weight * MOMENT_ARM if name.startswith("m") else weight
         loads.append(math.inf if result.capped else result.load * unit)
     simulation.restore(state)
@@ -141,21 +141,17 @@ class _Limit(NamedTuple):
         return outcome.gave_way(self.before, now, com, self.displacement_mm, self.rotation_deg)
 
 
-def _two_ramps(
-    simulation: Simulation, load: _Load, start: float, speed: float, limit: _Limit | None = None
-) -> Failure:
+def _two_ramps(simulation: Simulation, load: _Load, speed: float, limit: _Limit) -> Failure:
     """A quick ramp finds where to look, a slow one from shortly before it finds the load.
 
     Args:
         simulation: with the object in the hand.
         load: what grows.
-        start: load at the beginning.
         speed: factor on both rates.
-        limit: what counts as giving way; None counts from here, for a grasp that holds its weight.
+        limit: what counts as giving way.
     """
-    limit = limit or _Limit(simulation.object_in_hand(), *HELD_LIMITS)
-    states = [(start, simulation.save())]
-    coarse = _ramp(simulation, load, start, COARSE * speed, limit, states)
+    states = [(0.0, simulation.save())]
+    coarse = _ramp(simulation, load, 0.0, COARSE * speed, limit, states)
     if coarse.capped:
         return coarse
     before = [s for s in states if s[0] <= STEP_BACK * coarse.load]

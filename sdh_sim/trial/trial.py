@@ -101,7 +101,6 @@ class Trial:
         self._sensor = TactileSensor(PRESETS[settings.sensor], self._rng(_SENSOR), self.scene.hand)
         self._grasped: np.ndarray | None = None
         self._lifted: np.ndarray | None = None
-        self._weighed: dict[str, np.ndarray] = {}
         self._now: np.ndarray | None = None  # which of these the simulation is at, if any
 
     def _rng(self, stream: int) -> np.random.Generator:
@@ -185,7 +184,6 @@ class Trial:
         self._go_to(self._grasped)
         before = self.simulation.object_in_hand()
         motion = weigh(self.simulation, self._down(direction), before)
-        self._weighed[direction] = self._now = self.simulation.save()
         return motion
 
     def _down(self, direction: str) -> np.ndarray:
@@ -201,24 +199,19 @@ class Trial:
         self.row.disturbance_rotation_deg = motion.rotation_deg
         return motion
 
-    def load(
-        self, held: bool, speed: float = 1.0, direction: str | None = None
-    ) -> load_test.Failure:
-        """Scale the object's weight until it gives way (q_sim).
+    def load(self, speed: float = 1.0, direction: str | None = None) -> load_test.Failure:
+        """Take the table away and scale the object's weight until it gives way (q_sim).
 
         Args:
-            held: go on from the lifted (or weighed) object; otherwise from the grasp, the table
-                taken away, with no weight at first.
             speed: factor on the rates at which the load grows.
             direction: of the weight in a scene without a table, as ``weigh`` takes it.
 
         Raises:
             Diverged: the simulation did.
         """
-        loaded = self._lifted if direction is None else self._weighed.get(direction)
-        self._go_to(loaded if held else self._grasped)
+        self._go_to(self._grasped)
         down = load_test.WORLD_DOWN if direction is None else self._down(direction)
-        result = load_test.gravity_factor(self.simulation, 1.0 if held else 0.0, speed, down)
+        result = load_test.gravity_factor(self.simulation, speed, down)
         self.row.q_sim, self.row.q_sim_capped = result.load, result.capped
         return result
 
@@ -278,7 +271,7 @@ class Trial:
             own = classify(motion)
             failure = own if failure == "none" else failure
             if loaded:
-                factors[at] = self.load(own == "none", direction=direction).load
+                factors[at] = self.load(direction=direction).load
         row = self.row
         row.direction_displacement_mm, row.direction_rotation_deg = moved, turned
         motion = Motion(float(np.nanmax(moved)), float(np.nanmax(turned)), fell)
@@ -325,7 +318,7 @@ class Trial:
         if held and self.settings.load_test == "directions":
             self.load_directions()
         if loaded:
-            self.load(held)
+            self.load()
         return failure
 
     def _describe(self) -> None:

@@ -6,12 +6,13 @@ import math
 
 import numpy as np
 import pytest
+import scipy.stats
 from hypothesis import given
 from hypothesis import strategies as st
 
 from sdh_sim.analysis import comparison as compare
 from sdh_sim.analysis.curves import GRID, precision_recall, roc
-from sdh_sim.analysis.load_agreement import agree
+from sdh_sim.analysis.load_agreement import agree, load_ratios, summarise_ratios
 from sdh_sim.analysis.paired_metrics import compare_pair, mcnemar
 from sdh_sim.analysis.resampling import RankedScores, stratified_weights
 from sdh_sim.analysis.thresholds import (
@@ -257,19 +258,47 @@ def test_calibration_keeps_to_its_targets():
 def test_a_bound_of_twice_the_load():
     load = np.linspace(0.5, 4.0, 30)
     found = agree(2 * load, load, np.zeros(30, dtype=bool), rng(), FEW)
-    assert (found.spearman, found.ratios) == (pytest.approx(1.0), 30)
-    assert found.median == pytest.approx(math.log(2))
-    assert found.factor == pytest.approx(2)
-    assert found.median_interval == pytest.approx((math.log(2), math.log(2)))
-    assert found.spread == pytest.approx(0, abs=1e-12)
+    assert found.spearman == pytest.approx(1.0)
+    assert found.ratio is not None
+    assert (found.ratio.n, found.ratio.median) == (30, pytest.approx(2))
+    assert found.ratio.median_interval == pytest.approx((2, 2))
+    assert found.ratio.quartiles == pytest.approx((2, 2))
+    assert found.ratio.spread == pytest.approx(1)
     assert found.below.k == 0
 
 
-def test_what_has_no_ratio_is_counted():
+def test_zero_and_infinity_are_ratios():
     q = np.array([0.0, 2.0, -np.inf, 3.0, np.nan, 4.0])
     load = np.array([1.0, 0.0, 0.5, 6.0, 2.0, 20.0])
     capped = np.array([F, F, F, F, F, T])
     found = agree(q, load, capped, rng(), FEW)
-    assert (found.n, found.ratios, found.zero, found.dropped, found.capped) == (6, 1, 3, 1, 1)
-    assert found.factor == pytest.approx(0.5)
+    assert (found.n, found.zero, found.dropped, found.capped) == (6, 3, 1, 1)
     assert (found.below.k, found.below.n) == (5, 6)
+    assert sorted(load_ratios(q, load, capped)) == [0.0, 0.0, 0.0, 0.5, np.inf]
+    assert found.ratio is not None
+    assert (found.ratio.n, found.ratio.median) == (5, 0.0)
+    assert found.ratio.spread == math.inf
+
+
+def test_a_metric_that_says_zero_where_nothing_is_held_is_right():
+    none = np.zeros(1, dtype=bool)
+    assert load_ratios(np.array([-np.inf]), np.zeros(1), none) == [1.0]
+
+
+def test_the_median_ratio_of_a_bound_that_is_always_zero_is_zero():
+    # A selection of the trials with a ratio would show what few there are.
+    q, load = np.r_[np.zeros(20), 1.2], np.ones(21)
+    found = agree(q, load, np.zeros(21, dtype=bool), rng(), FEW)
+    assert found.ratio is not None
+    assert found.ratio.median == 0.0
+
+
+def test_median_ratio_of_log_normal_ratios():
+    # Median m and spread exp(s) of m exp(s N(0, 1)); quantiles at 16 and 84 % are about ±s.
+    ratios = 0.7 * np.exp(0.3 * scipy.stats.norm.ppf((np.arange(4001) + 0.5) / 4001))
+    found = summarise_ratios(ratios, rng(), FEW)
+    assert found is not None
+    assert found.median == pytest.approx(0.7, rel=1e-9)
+    assert found.spread == pytest.approx(math.exp(0.3 * scipy.stats.norm.ppf(0.84)), rel=2e-3)
+    low, high = found.median_interval
+    assert low < 0.7 < high
