@@ -140,6 +140,8 @@ def check(settings: Any) -> None:
             raise SettingsError(
                 f"{line.name}: got {value!r}; choose one of {', '.join(line.choices)}"
             )
+        if line.type is bool and not isinstance(value, bool):
+            raise SettingsError(f"{line.name}: got {value!r:.80}; give true or false")
         if line.span is not None:
             _check_span(line, value, *line.span)
 

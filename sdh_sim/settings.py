@@ -125,6 +125,13 @@ class TrialSettings:
             choices=(*GRAVITY_DIRECTIONS, "six"),
         ),
     )
+    lift_off: bool = field(
+        default=False,
+        metadata=setting(
+            "Take a second snapshot when the object has left the table, with all metrics (columns "
+            "liftoff_...).",
+        ),
+    )
     load_test: str = field(
         default="none",
         metadata=setting(
@@ -257,14 +264,14 @@ class TrialSettings:
                 f"gravity: got {self.gravity!r}; on the table the weight acts downward, set "
                 "support to none for another direction"
             )
-        lifted = {"disturbance": self.disturbance != "none"}
+        lifted = {"disturbance": self.disturbance != "none", "lift_off": self.lift_off}
         lifted["load_test"] = self.load_test == "directions"
         if self.support == "none" and any(lifted.values()):
             name = next(name for name, asked in lifted.items() if asked)
             raise SettingsError(
                 f"{name}: got {getattr(self, name)!r}; with support none the weight itself acts in "
                 "any direction and nothing is lifted: take gravity or none for the load test, none "
-                "for the disturbance"
+                "for the disturbance, and no lift-off"
             )
 
     def _check_grasps(self) -> None:

@@ -29,7 +29,7 @@ from sdh_sim.analysis.trial_tables import (
     without_surplus,
     without_truth,
 )
-from sdh_sim.records import METRIC, is_metric, stack
+from sdh_sim.records import LIFT_OFF, METRIC, is_metric, stack
 
 METRICS = COMPARED
 ALL_METRICS = (
@@ -54,6 +54,8 @@ CARRIED = 0.05  # of accuracy that trials without contact may add before a warni
 
 def name_of(metric: str) -> str:
     """What a metric is called in tables: a user's by the name that the user gave it."""
+    if metric.startswith(LIFT_OFF):
+        return f"{name_of(metric.removeprefix(LIFT_OFF))}, lift-off"
     return NAMES.get(metric) or metric.removeprefix(METRIC)
 
 

@@ -16,6 +16,12 @@ from sdh_sim.analysis import trial_tables
 from sdh_sim.analysis.comparison import METRICS, THRESHOLD, Comparison
 from sdh_sim.analysis.curves import Curve, precision_recall, roc
 from sdh_sim.analysis.load_agreement import Agreement, agree
+from sdh_sim.analysis.moments import (
+    MOMENT_COLUMNS,
+    MOMENT_METRICS,
+    TwoMoments,
+    compare_moments,
+)
 from sdh_sim.analysis.paired_metrics import Paired, compare_pair
 from sdh_sim.analysis.resampling import RESAMPLES
 from sdh_sim.analysis.thresholds import (
@@ -98,6 +104,7 @@ class Study:
         paired: L-infinity against L1 at threshold 1, by group.
         agreement: q* against q_sim by group, metric and subset; empty without load tests.
         load: the trials that were load-tested, by metric; empty without load tests.
+        moments: every q* before the lift and at lift-off; empty where lift-off was not looked at.
         surplus: number of trials left out because they exceed their object's share in a preset.
         read: number of trials read, those left out included.
     """
@@ -108,6 +115,7 @@ class Study:
     paired: dict[str, Paired]
     agreement: dict[tuple[str, str, str], Agreement]
     load: dict[str, LoadTested]
+    moments: tuple[TwoMoments, ...]
     surplus: int
     read: int
 
@@ -137,7 +145,10 @@ def read_study(
         RecordError: a file is no table of trials, or they are of several hands unasked.
     """
     own = trial_tables.user_metrics(paths)
+    later = columns_of(paths, MOMENT_COLUMNS)
+    before = columns_of(paths, MOMENT_METRICS) if later else ()
     extra = columns_of(paths, (*metrics, *own, *LOAD, "unsensed_contact"))
+    extra = tuple(dict.fromkeys((*extra, *before, *later)))
     table = trial_tables.read_trials(paths, extra, by_hand)
     wanted = tuple(m for m in (*metrics, *own) if m in table.column_names)
     thresholds = {name: value for name, value in own.items() if value is not None}
@@ -185,6 +196,7 @@ def study_of(
         paired=paired,
         agreement=agreement,
         load=load,
+        moments=compare_moments(table, usable, seeded("moments"), resamples),
         surplus=read - table.num_rows,
         read=read,
     )

@@ -65,6 +65,8 @@ def compare(
         write_csv(study.comparisons, csv)
     output().print(comparison_table(study.comparisons))
     output().print(metric_table(study))
+    if study.moments:
+        output().print(moment_table(study))
     for line in [*notes(study.comparisons, runs), *study_notes(study)]:
         output().print(line, markup=False, soft_wrap=True)
     if pages:
@@ -170,6 +172,19 @@ def metric_table(study: Study) -> Table:
             if agreement is not None and agreement.ratio is not None:
                 cells[5] = f"{agreement.ratio.median:.2f}"
         table.add_row(*cells)
+    return table
+
+
+def moment_table(study: Study) -> Table:
+    """Every q* before the lift and at lift-off; p is McNemar's, of their accuracies."""
+    head = ("metric", "n", "AUC before the lift", "at lift-off", "accuracy % before", "at lift-off",
+            "FPR % before", "at lift-off", "p")  # fmt: skip
+    table = plain_table(*head)
+    for m in study.moments:
+        rates = (*(c.accuracy for c in (m.before, m.after)),
+                 *(c.false_positive_rate for c in (m.before, m.after)))  # fmt: skip
+        table.add_row(name_of(m.before.metric), str(m.before.n), _area(m.before), _area(m.after),
+                      *map(_percent, rates), f"{m.paired.p_value:.2g}")  # fmt: skip
     return table
 
 

@@ -3,6 +3,7 @@
 from sdh_sim.errors import RecordError, one_line
 from sdh_sim.records.column import Column
 from sdh_sim.records.hand_columns import HAND_NAME, JOINTS, TACTILE, HandShape, hand_columns
+from sdh_sim.records.moments import LIFT_OFF, SNAPSHOT, is_moment_column, lift_off_columns
 from sdh_sim.records.parquet_files import (
     ROW_GROUP,
     columns_of,
@@ -42,11 +43,13 @@ __all__ = [
     "FORMAT",
     "HAND_NAME",
     "JOINTS",
+    "LIFT_OFF",
     "METRIC",
     "METRIC_ERROR",
     "NO_TRUTH",
     "ROW_GROUP",
     "SCHEMA",
+    "SNAPSHOT",
     "TACTILE",
     "TACTILE_UNIT",
     "Column",
@@ -66,6 +69,8 @@ __all__ = [
     "hand_columns_of",
     "is_added",
     "is_metric",
+    "is_moment_column",
+    "lift_off_columns",
     "normalise",
     "one_line",
     "read_rows",

@@ -11,6 +11,7 @@ import pyarrow as pa
 from sdh_sim.errors import RecordError, one_line
 from sdh_sim.records.column import Column
 from sdh_sim.records.hand_columns import as_in, is_hand_column
+from sdh_sim.records.moments import is_moment_column
 from sdh_sim.records.schema import all_columns, column_named, columns_in, schema_of
 from sdh_sim.records.trial_row import COLUMNS, FAILURES, TrialRow
 from sdh_sim.records.user_columns import is_added
@@ -29,7 +30,11 @@ def normalise(row: Mapping[str, Any]) -> TrialRow:
         RecordError: an unknown or missing column, a wrong shape or type, an unknown failure.
     """
     more = [name for name in row if name not in _KNOWN]
-    unknown = sorted(name for name in more if not (is_added(name) or is_hand_column(name)))
+    unknown = sorted(
+        name
+        for name in more
+        if not (is_added(name) or is_hand_column(name) or is_moment_column(name))
+    )
     if unknown:
         raise RecordError(f"row has unknown column {unknown[0]!r}; columns are listed in COLUMNS")
     full = TrialRow(

@@ -1,7 +1,8 @@
 """The schema of ``trials.parquet``: one row per trial, the columns of ``TrialRow``.
 
-Users' metrics and other hands add columns of their own; what writes a table is told which. Array
-columns are fixed-size lists, so that pandas, polars and DuckDB open the file as it is.
+Users' metrics, other hands and other moments than the snapshot add columns of their own; what
+writes a table is told which. Array columns are fixed-size lists, so that pandas, polars and DuckDB
+open the file as it is.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import pyarrow as pa
 
 from sdh_sim.records.column import Column
 from sdh_sim.records.hand_columns import as_in, hand_column, is_hand_column
+from sdh_sim.records.moments import is_moment_column, moment_column, moments_in
 from sdh_sim.records.trial_row import COLUMNS, TACTILE_UNIT
 from sdh_sim.records.user_columns import added_column, added_in, is_added
 
@@ -39,10 +41,13 @@ def column_named(name: str) -> Column:
     """The column of that name, one of ours or an added one; KeyError where there is none."""
     if is_hand_column(name):
         return hand_column(name)
+    if is_moment_column(name):
+        return moment_column(name)
     return added_column(name) if is_added(name) else _BY_NAME[name]
 
 
 def columns_in(schema: pa.Schema) -> tuple[Column, ...]:
     """All columns of a table of ours with those that its file has besides."""
     hand = [hand_column(name) for name in dict.fromkeys(schema.names) if is_hand_column(name)]
-    return tuple(as_in(schema, column) for column in (*COLUMNS, *hand, *added_in(schema)))
+    more = (*hand, *added_in(schema), *moments_in(schema))
+    return tuple(as_in(schema, column) for column in (*COLUMNS, *more))

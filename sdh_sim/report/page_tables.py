@@ -102,6 +102,35 @@ def metric_table(study: Study) -> Table:
     )
 
 
+def moment_table(study: Study) -> Table:
+    """Every q* before the lift and at lift-off."""
+    rows = []
+    for m in study.moments:
+        pair = m.before, m.after
+        rows.append(
+            [
+                name_of(m.before.metric),
+                str(m.before.n),
+                *(number(c.auc, c.auc_interval) for c in pair),
+                number(m.paired.area_difference, m.paired.area_interval, 3),
+                *(percent(c.accuracy) for c in pair),
+                *(percent(c.false_positive_rate) for c in pair),
+                p_value(m.paired.p_value),
+            ]
+        )
+    return Table(
+        "The same metrics on the same trials from the snapshot on the table (before) and from one "
+        "taken when the object has left it (at lift-off): area under the ROC curve, its difference "
+        "from paired resamples, accuracy and false positive rate at the threshold 1 [%], and p of "
+        "McNemar's exact test that both are right equally often.",
+        [
+            *("metric", "n", "AUC before", "at lift-off", "ΔAUC"),
+            *("accuracy before", "at lift-off", "FPR before", "at lift-off", "p"),
+        ],
+        rows,
+    )
+
+
 def calibration_table(study: Study) -> Table:
     """Threshold for some desired false positive rates, per metric."""
     rows, rules = [], []

@@ -14,6 +14,7 @@ from sdh_sim.report.page_tables import (
     calibration_table,
     load_table,
     metric_table,
+    moment_table,
     pair_table,
     rate_table,
 )
@@ -39,6 +40,8 @@ def sections_of(study: Study, draw: Draw, reference: Reference | None = None) ->
         _all_thresholds(study, draw, reference),
         _calibration(study, draw),
     ]
+    if study.moments:
+        found.append(Section("Before the lift and at lift-off", [moment_table(study)]))
     return [*found, _load(study, draw)] if study.load else found
 
 

@@ -75,7 +75,17 @@ class PalmMotion(ABC):
 
 def along(path: np.ndarray, share: float) -> np.ndarray:
     """Joint positions (6,) at a share 0..1 of a path's minimum-jerk course in time."""
+    return at(path, minimum_jerk(share))
+
+
+def minimum_jerk(share: float) -> float:
+    """Share of a path that is behind, at a share of the time, without jerks at its ends."""
     s = min(max(share, 0.0), 1.0)
-    course = s * s * s * (10.0 - 15.0 * s + 6.0 * s * s) * (len(path) - 1)
+    return s * s * s * (10.0 - 15.0 * s + 6.0 * s * s)
+
+
+def at(path: np.ndarray, share: float) -> np.ndarray:
+    """Joint positions (6,) at a share 0..1 of a path."""
+    course = share * (len(path) - 1)
     low = min(int(course), len(path) - 2)
     return path[low] + (course - low) * (path[low + 1] - path[low])

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from sdh_sim.records import Column, HandShape, added_columns, hand_columns
+from sdh_sim.records import Column, HandShape, added_columns, hand_columns, lift_off_columns
 from sdh_sim.settings import DEFAULT_HAND, TrialSettings
 
 
 def columns_of_run(settings: TrialSettings) -> tuple[Column, ...]:
-    """Those of its hand, where it is not the SDH-2, and those of users' metrics.
+    """Those of its hand, where it is not the SDH-2, of users' metrics, and of lift-off.
 
     Raises:
         SettingsError: no such hand.
     """
-    metrics = added_columns(settings.metrics)
+    added = (*_of_hand(settings), *added_columns(settings.metrics))
+    return (*added, *lift_off_columns(added)) if settings.lift_off else added
+
+
+def _of_hand(settings: TrialSettings) -> tuple[Column, ...]:
     if settings.hand == DEFAULT_HAND and settings.hand_folder is None:
-        return metrics
+        return ()
     from sdh_sim.robot import hand_in, hand_kinematics  # what knows hands takes its time to load
 
     hand = hand_in(settings)
@@ -22,4 +26,4 @@ def columns_of_run(settings: TrialSettings) -> tuple[Column, ...]:
     shapes = {kind: (counts[kind], *array.shape) for kind, array in hand.arrays.items()}
     kinematics = hand_kinematics(hand)
     joints = kinematics.model.nq if kinematics.passive else 0
-    return (*hand_columns(HandShape(len(hand.motors), shapes, joints)), *metrics)
+    return hand_columns(HandShape(len(hand.motors), shapes, joints))

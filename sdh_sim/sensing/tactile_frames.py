@@ -16,13 +16,14 @@ from sdh_sim.sensing.tactile_sensor import FRAME_RATE, TactileSensor
 class TactileFrames:
     """An observer of a simulation that feeds a sensor at its frame rate.
 
-    Attributes:
+    Args:
         sensor: the tactile arrays.
+        start: simulated time of the first frame [s].
     """
 
-    def __init__(self, sensor: TactileSensor) -> None:
+    def __init__(self, sensor: TactileSensor, start: float = 0.0) -> None:
         self.sensor = sensor
-        self._next = 0.0
+        self._next = start
 
     def after_tick(self, scene: Scene, data: mujoco.MjData, phase: str) -> None:
         """Hand the forces on the taxels to the sensor when a frame is due."""

@@ -74,6 +74,12 @@ def watch(simulation: Simulation, before: np.ndarray, references: Iterable[np.nd
     return Motion(moved, turned, simulation.on_table())
 
 
+def further(first: Motion, then: Motion) -> Motion:
+    """The motion in two parts of a trial, one after the other, as one."""
+    moved = max(first.displacement_mm, then.displacement_mm)
+    return Motion(moved, max(first.rotation_deg, then.rotation_deg), then.fell)
+
+
 def classify(motion: Motion) -> str:
     """The failure mode of a grasp that had touched the object, ``none`` where it held."""
     if not (math.isfinite(motion.displacement_mm) and math.isfinite(motion.rotation_deg)):

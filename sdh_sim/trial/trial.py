@@ -20,7 +20,7 @@ from sdh_sim.grasping import (
 )
 from sdh_sim.metrics import Prediction, predict, user_metrics
 from sdh_sim.poses import rotation_of
-from sdh_sim.records import HAND_NAME, JOINTS, TACTILE, TrialRow
+from sdh_sim.records import HAND_NAME, JOINTS, LIFT_OFF, TACTILE, TrialRow
 from sdh_sim.robot import hand_kinematics
 from sdh_sim.sensing import (
     TactileFrames,
@@ -35,8 +35,8 @@ from sdh_sim.sensing.tactile_sensor import PRESETS
 from sdh_sim.settings import DEFAULT_HAND, FROM_FILE, GRAVITY_DIRECTIONS, TrialSettings
 from sdh_sim.trial import load_test
 from sdh_sim.trial.disturbance import disturb
-from sdh_sim.trial.lift import lift
-from sdh_sim.trial.outcome import Motion, classify
+from sdh_sim.trial.lift import lift, rise
+from sdh_sim.trial.outcome import Motion, classify, further, moved_between
 from sdh_sim.trial.plan_columns import describe_grasp, describe_motion
 from sdh_sim.trial.weigh import weigh
 
@@ -47,9 +47,9 @@ _SENSOR, _TRACKING = 1, 2
 class Trial:
     """One grasp-and-lift, step by step; settings and seed decide it completely.
 
-    ``acquire``, ``snapshot``, ``lift`` (without a table ``weigh``), ``disturb``, ``load`` and
-    ``load_directions`` are called in that order, each where it is wanted; ``run`` calls those that
-    the settings ask for. What each finds out is kept in ``row``.
+    ``acquire``, ``snapshot``, ``lift_off``, ``lift`` (without a table ``weigh``), ``disturb``,
+    ``load`` and ``load_directions`` are called in that order, each where it is wanted; ``run``
+    calls those that the settings ask for. What each finds out is kept in ``row``.
 
     Args:
         settings: object, torque limits and so on.
@@ -99,6 +99,7 @@ class Trial:
         self.diverged: dict[str, np.ndarray] | None = None
         self.row = TrialRow(object=settings.object, seed=seed)
         self._sensor = TactileSensor(PRESETS[settings.sensor], self._rng(_SENSOR), self.scene.hand)
+        self._risen: tuple[Motion, float] = Motion(0.0, 0.0, False), 0.0
         self._grasped: np.ndarray | None = None
         self._lifted: np.ndarray | None = None
         self._now: np.ndarray | None = None  # which of these the simulation is at, if any
@@ -128,6 +129,7 @@ class Trial:
         with self.simulation.observed_by(TactileFrames(self._sensor)):
             acquire(self.simulation, self.motion)
         self._grasped = self._now = self.simulation.save()
+        self._in_hand = self.simulation.object_in_hand()
         object_quat = self.simulation.data.xquat[self.scene.object_body]
         self._grasped_rotation = rotation_of(object_quat)
 
@@ -138,8 +140,39 @@ class Trial:
 
     def snapshot(self) -> TactileSnapshot:
         """What the hand senses after ``acquire``, and what the metrics say of it."""
-        snapshot = take_snapshot(self.simulation, self._sensor)
-        row, settings = self.row, self.settings
+        snapshot, self.prediction = self._look(self.row)
+        self.row.perceived_mass_kg = self.prediction.grasp.obj.mass_kg
+        self.row.perceived_friction = self.prediction.grasp.obj.friction
+        return snapshot
+
+    def lift_off(self) -> Motion:
+        """Raise the hand after ``acquire`` until the object has left the table; a second snapshot.
+
+        The lift then goes on from there.
+
+        Returns:
+            the motion in the hand since ``acquire``.
+
+        Raises:
+            Diverged: the simulation did.
+        """
+        before = self.simulation.data.xpos[self.scene.palm][2]
+        with self.simulation.observed_by(TactileFrames(self._sensor, self.simulation.time)):
+            self._risen = moved, _ = rise(self.simulation, self.motion, self._in_hand)
+        self._now = None
+        seen = TrialRow()
+        self._look(seen)
+        row = {name: value for name, value in seen.items() if value is not None}
+        row["rise_mm"] = 1e3 * (self.simulation.data.xpos[self.scene.palm][2] - before)
+        row["on_table"] = self.simulation.on_table()
+        now, com = self.simulation.object_in_hand(), self.scene.obj.com_m
+        row["displacement_mm"], row["rotation_deg"] = moved_between(self._in_hand, now, com)
+        self.row.update({LIFT_OFF + name: value for name, value in row.items()})
+        return moved
+
+    def _look(self, row: TrialRow) -> tuple[TactileSnapshot, Prediction]:
+        """What the hand senses now and what the metrics say of it, also put into a row."""
+        snapshot, settings = take_snapshot(self.simulation, self._sensor), self.settings
         for kind, readings in snapshot.tactile.items():
             row[TACTILE + kind] = readings
         row.joint_angles_rad = snapshot.joint_angles
@@ -152,19 +185,19 @@ class Trial:
         row.unsensed_contact = row.unsensed_force_n > 0.0
         seen, known = add_tracking_error(snapshot, self.scene.obj, settings, self._rng(_TRACKING))
         row.perceived_pose_hand = seen.object_pose_hand
-        row.perceived_mass_kg, row.perceived_friction = known.mass_kg, known.friction
-        self.prediction = predict(
+        prediction = predict(
             seen, known, self.scene.torque_limit, settings.pads, hand_kinematics(self.scene.hand)
         )
-        row.update(self.prediction.values)
-        row.update(user_metrics.evaluate_user_metrics(self.prediction.grasp, settings.metrics))
-        row.q_reason = self.prediction.reason
-        row.contacts = len(self.prediction.contacts)
-        return snapshot
+        row.update(prediction.values)
+        row.update(user_metrics.evaluate_user_metrics(prediction.grasp, settings.metrics))
+        row.q_reason = prediction.reason
+        row.contacts = len(prediction.contacts)
+        return snapshot, prediction
 
     def lift(self) -> Motion:
         """Lift and hold after ``acquire``; the motion in the hand since then. Raises Diverged."""
-        motion = lift(self.simulation, self.motion, self.simulation.object_in_hand())
+        moved, risen = self._risen
+        motion = further(moved, lift(self.simulation, self.motion, self._in_hand, risen))
         self.row.displacement_mm, self.row.rotation_deg = motion[:2]
         self._lifted = self._now = self.simulation.save()
         return motion
@@ -249,6 +282,8 @@ class Trial:
                 return "no_contact", Motion(math.nan, math.nan, True)
             if self.settings.support == "none":
                 return self._weigh_all(loaded=False)
+            if self.settings.lift_off:
+                self.lift_off()
             motion = self.lift()
         except Diverged:
             return "unstable_simulation", Motion(math.nan, math.nan, True)
@@ -311,6 +346,8 @@ class Trial:
             return "no_contact"
         if self.settings.support == "none":
             return self._weigh_all(loaded)[0]
+        if self.settings.lift_off:
+            self.lift_off()
         failure = classify(self.lift())
         held = failure == "none"
         if held and self.settings.disturbance != "none":
