@@ -64,6 +64,7 @@ class Trial:
         simulation: the scene in motion.
         row: what is known so far.
         prediction: what the metrics say; None before the snapshot.
+        lifted_off: the same at lift-off; None before that.
         diverged: state after the step in which the simulation diverged, by name; else None.
 
     Raises:
@@ -96,6 +97,7 @@ class Trial:
         self._found = found
         self.simulation = Simulation(self.scene, observers)
         self.prediction: Prediction | None = None
+        self.lifted_off: Prediction | None = None
         self.diverged: dict[str, np.ndarray] | None = None
         self.row = TrialRow(object=settings.object, seed=seed)
         self._sensor = TactileSensor(PRESETS[settings.sensor], self._rng(_SENSOR), self.scene.hand)
@@ -161,7 +163,7 @@ class Trial:
             self._risen = moved, _ = rise(self.simulation, self.motion, self._in_hand)
         self._now = None
         seen = TrialRow()
-        self._look(seen)
+        _, self.lifted_off = self._look(seen)
         row = {name: value for name, value in seen.items() if value is not None}
         row["rise_mm"] = 1e3 * (self.simulation.data.xpos[self.scene.palm][2] - before)
         row["on_table"] = self.simulation.on_table()
