@@ -46,8 +46,8 @@ def test_an_object_that_is_held_has_left_the_table(held: TrialRow):
     assert held[LIFT_OFF + "on_table"] is False
     assert 0.0 < held[LIFT_OFF + "rise_mm"] < 1e3 * lift.LARGEST_RISE + 1.0
     # The hand alone bears it: what the motors squeeze with goes through the hand.
-    assert held[LIFT_OFF + "displacement_mm"] <= held.displacement_mm + 1e-9
-    before, now = held.object_pose_hand, held[LIFT_OFF + "object_pose_hand"]
+    assert held[LIFT_OFF + "displacement_mm"] <= held["displacement_mm"] + 1e-9
+    before, now = held["object_pose_hand"], held[LIFT_OFF + "object_pose_hand"]
     scene = Trial(PLAIN, HELD).scene
     moved = moved_between(before, now, scene.obj.com_m)
     assert moved[0] == pytest.approx(held[LIFT_OFF + "displacement_mm"], abs=1e-9)
@@ -105,7 +105,7 @@ def test_a_run_keeps_and_compares_both_moments(hand: str, tmp_path: Path, capsys
             assert arrays
             for name in arrays:
                 assert row[name].shape == row[name.removeprefix(LIFT_OFF)].shape
-            assert row[LIFT_OFF + "joint_angles_rad"].shape == row.joint_angles_rad.shape
+            assert row[LIFT_OFF + "joint_angles_rad"].shape == row["joint_angles_rad"].shape
     capsys.readouterr()
     assert main(["compare", str(out)]) == 0
     assert "at lift-off" in capsys.readouterr().out
