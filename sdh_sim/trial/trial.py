@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
@@ -29,6 +30,7 @@ from sdh_sim.sensing import (
     add_tracking_error,
     directions_of,
     take_snapshot,
+    touched_pose,
     unit_vector,
 )
 from sdh_sim.sensing.tactile_sensor import PRESETS
@@ -142,7 +144,8 @@ class Trial:
 
     def snapshot(self) -> TactileSnapshot:
         """What the hand senses after ``acquire``, and what the metrics say of it."""
-        snapshot, self.prediction = self._look(self.row)
+        on_table = self.settings.support == "table"
+        snapshot, self.prediction = self._look(self.row, on_table)
         self.row.perceived_mass_kg = self.prediction.grasp.obj.mass_kg
         self.row.perceived_friction = self.prediction.grasp.obj.friction
         return snapshot
@@ -163,7 +166,7 @@ class Trial:
             self._risen = moved, _ = rise(self.simulation, self.motion, self._in_hand)
         self._now = None
         seen = TrialRow()
-        _, self.lifted_off = self._look(seen)
+        _, self.lifted_off = self._look(seen, on_table=False)
         row = {name: value for name, value in seen.items() if value is not None}
         row["rise_mm"] = 1e3 * (self.simulation.data.xpos[self.scene.palm][2] - before)
         row["on_table"] = self.simulation.on_table()
@@ -172,7 +175,7 @@ class Trial:
         self.row.update({LIFT_OFF + name: value for name, value in row.items()})
         return moved
 
-    def _look(self, row: TrialRow) -> tuple[TactileSnapshot, Prediction]:
+    def _look(self, row: TrialRow, on_table: bool) -> tuple[TactileSnapshot, Prediction]:
         """What the hand senses now and what the metrics say of it, also put into a row."""
         snapshot, settings = take_snapshot(self.simulation, self._sensor), self.settings
         for kind, readings in snapshot.tactile.items():
@@ -186,10 +189,13 @@ class Trial:
         row.sensed_force_n, row.unsensed_force_n = self.simulation.hand_force()
         row.unsensed_contact = row.unsensed_force_n > 0.0
         seen, known = add_tracking_error(snapshot, self.scene.obj, settings, self._rng(_TRACKING))
+        kinematics = hand_kinematics(self.scene.hand)
+        if settings.touch:
+            errors = settings.position_error, settings.angle_error
+            pose = touched_pose(seen, known, *errors, kinematics, on_table)
+            seen = replace(seen, object_pose_hand=pose)
         row.perceived_pose_hand = seen.object_pose_hand
-        prediction = predict(
-            seen, known, self.scene.torque_limit, settings.pads, hand_kinematics(self.scene.hand)
-        )
+        prediction = predict(seen, known, self.scene.torque_limit, settings.pads, kinematics)
         row.update(prediction.values)
         row.update(user_metrics.evaluate_user_metrics(prediction.grasp, settings.metrics))
         row.q_reason = prediction.reason
