@@ -65,6 +65,70 @@ class TaxelArray:
         t = math.radians(tilt)
         return np.array([x * 1e-3, y, z * 1e-3]), np.array([math.cos(t), 0.0, math.sin(t)])
 
+    def coordinates(self, points: np.ndarray) -> np.ndarray:
+        """Where points near the surface lie on the array: the inverse of ``surface``.
+
+        A point is projected on the profile, perpendicularly; the profile goes on straight beyond
+        its ends.
+
+        Args:
+            points: in the link frame (n, 3) [m].
+
+        Returns:
+            fractional rows and columns (n, 2); beyond the outermost centres they go on, so that
+            the array ends half a pitch further out, at -0.5 and at rows - 0.5.
+        """
+        points = np.asarray(points, dtype=float).reshape(-1, 3)
+        starts, steps = self._segments
+        # For every point and segment, how far along the segment the nearest place lies.
+        along = points[:, None, ::2] - starts
+        share = (along * steps).sum(axis=2) / (steps**2).sum(axis=1)
+        low, high = np.zeros(len(starts)), np.ones(len(starts))
+        low[0], high[-1] = -np.inf, np.inf
+        share = np.clip(share, low, high)
+        away = ((along - share[:, :, None] * steps) ** 2).sum(axis=2)
+        nearest = away.argmin(axis=1)
+        rows = nearest + share[np.arange(len(points)), nearest]
+        return np.column_stack((rows, points[:, 1] / self.pitch + 0.5 * (self.live.shape[1] - 1)))
+
+    def shares(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Which taxels feel what acts at points near the surface, and how much of it each.
+
+        Inside, the four centres around a point share it bilinearly, so that neither its sum nor
+        its place changes. In the outer half of a taxel at the border, and beside a missing one,
+        the taxels that there are take the others' part. A point on no taxel belongs to nobody.
+
+        Args:
+            points: in the link frame (n, 3) [m].
+
+        Returns:
+            flat indices into the array (n, 4), and shares (n, 4) that sum to 1, or to 0 where the
+            point lies on no taxel.
+        """
+        at = self.coordinates(points)
+        low = np.floor(at).astype(np.int64)
+        corners = low[:, None, :] + ((0, 0), (0, 1), (1, 0), (1, 1))
+        weight = np.prod(1.0 - np.abs(at[:, None, :] - corners), axis=2) * self._has(corners)
+        total = weight.sum(axis=1) * self._has(np.floor(at + 0.5).astype(np.int64))
+        share = np.divide(weight, total[:, None], out=np.zeros_like(weight), where=total[:, None] > 0)
+        rows, columns = np.moveaxis(np.clip(corners, 0, np.array(self.shape) - 1), -1, 0)
+        return rows * self.shape[1] + columns, share
+
+    def _has(self, cells: np.ndarray) -> np.ndarray:
+        """Which of cells (..., 2), rows and columns of any value, are taxels (...) bool."""
+        rows, columns = np.moveaxis(cells, -1, 0)
+        inside = (rows >= 0) & (rows < self.shape[0]) & (columns >= 0) & (columns < self.shape[1])
+        return inside & self.live[np.where(inside, rows, 0), np.where(inside, columns, 0)]
+
+    @cached_property
+    def _segments(self) -> tuple[np.ndarray, np.ndarray]:
+        """The profile from row to row: starts (k, 2) and steps (k, 2) in x and z [m]."""
+        corners = 1e-3 * self.profile[:, :2]
+        if len(corners) > 1:
+            return corners[:-1], np.diff(corners, axis=0)
+        tilt = math.radians(self.profile[0, 2])
+        return corners, self.pitch * np.array([[math.sin(tilt), -math.cos(tilt)]])
+
     @cached_property
     def centres(self) -> np.ndarray:
         """Taxel centres on the surface in the link frame, (rows, columns, 3) [m], read-only."""
