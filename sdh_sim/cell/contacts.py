@@ -72,7 +72,7 @@ class RubberContacts(NamedTuple):
         contact: index of the contact (n,).
         normal: its normal force (n,) [N].
         taxels: flat indices of the taxels around it (n, 4).
-        shares: of its force that they feel (n, 4), which sum to 1 or, off the array, to 0.
+        shares: of its force that they feel (n, 4); what is missing to 1 nobody feels.
     """
 
     contact: np.ndarray
@@ -121,11 +121,11 @@ def hand_force(scene: Scene, data: mujoco.MjData) -> tuple[float, float]:
     contact = data.contact
     bearing = touching(scene, data, OBJECT_GEOM, HAND_GEOM) & (contact.efc_address >= 0)
     rubber = rubber_contacts(scene, data)
-    felt = bearing[rubber.contact] & (rubber.shares > 0.0).any(axis=1)
-    unfelt = bearing.copy()
-    unfelt[rubber.contact[felt]] = False
-    unsensed = float(data.efc_force[contact.efc_address[unfelt]].sum())
-    return float(rubber.normal[felt].sum()), unsensed
+    on_object = bearing[rubber.contact]
+    normal, felt = rubber.normal[on_object], rubber.shares[on_object].sum(axis=1)
+    bearing[rubber.contact] = False
+    hard = float(data.efc_force[contact.efc_address[bearing]].sum())
+    return float(felt @ normal), hard + float((1.0 - felt) @ normal)
 
 
 def forces_on_object(scene: Scene, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:

@@ -9,6 +9,9 @@ from functools import cached_property
 import numpy as np
 
 
+_CORNERS = np.array([(0, 0), (0, 1), (1, 0), (1, 1)])  # of a square, rows and columns
+
+
 @dataclass(frozen=True)
 class Frame:
     """A frame of its own in a body, for a pad or the palm; the model gets a fixed body for it.
@@ -94,31 +97,27 @@ class TaxelArray:
     def shares(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Which taxels feel what acts at points near the surface, and how much of it each.
 
-        Inside, the four centres around a point share it bilinearly, so that neither its sum nor
-        its place changes. In the outer half of a taxel at the border, and beside a missing one,
-        the taxels that there are take the others' part. A point on no taxel belongs to nobody.
+        A force bears on a square of rubber as large as a taxel, around its point, and every taxel
+        feels the part of the square that lies on it. Inside the array that is bilinear: neither
+        the sum of forces nor their centre changes. What lies beyond the border, or where a taxel
+        is missing, nobody feels.
 
         Args:
             points: in the link frame (n, 3) [m].
 
         Returns:
-            flat indices into the array (n, 4), and shares (n, 4) that sum to 1, or to 0 where the
-            point lies on no taxel.
+            flat indices into the array (n, 4), and shares (n, 4), whose sum is 1 inside, a half
+            on the border and 0 from half a pitch beyond it.
         """
         at = self.coordinates(points)
         low = np.floor(at).astype(np.int64)
-        corners = low[:, None, :] + ((0, 0), (0, 1), (1, 0), (1, 1))
-        weight = np.prod(1.0 - np.abs(at[:, None, :] - corners), axis=2) * self._has(corners)
-        total = weight.sum(axis=1) * self._has(np.floor(at + 0.5).astype(np.int64))
-        share = np.divide(weight, total[:, None], out=np.zeros_like(weight), where=total[:, None] > 0)
-        rows, columns = np.moveaxis(np.clip(corners, 0, np.array(self.shape) - 1), -1, 0)
-        return rows * self.shape[1] + columns, share
-
-    def _has(self, cells: np.ndarray) -> np.ndarray:
-        """Which of cells (..., 2), rows and columns of any value, are taxels (...) bool."""
-        rows, columns = np.moveaxis(cells, -1, 0)
-        inside = (rows >= 0) & (rows < self.shape[0]) & (columns >= 0) & (columns < self.shape[1])
-        return inside & self.live[np.where(inside, rows, 0), np.where(inside, columns, 0)]
+        corners = low[:, None, :] + _CORNERS
+        rows, columns = np.moveaxis(corners, -1, 0)
+        most = np.array(self.shape) - 1
+        cells = np.clip(rows, 0, most[0]), np.clip(columns, 0, most[1])
+        there = (cells[0] == rows) & (cells[1] == columns) & self.live[cells]
+        share = np.where(there, np.prod(1.0 - np.abs(at[:, None, :] - corners), axis=2), 0.0)
+        return cells[0] * self.shape[1] + cells[1], share
 
     @cached_property
     def _segments(self) -> tuple[np.ndarray, np.ndarray]:

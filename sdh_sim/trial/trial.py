@@ -129,8 +129,7 @@ class Trial:
         with self.simulation.observed_by(TactileFrames(self._sensor)):
             acquire(self.simulation, self.motion)
         self._grasped = self._now = self.simulation.save()
-        object_quat = self.simulation.data.xquat[self.scene.object_body]
-        self._grasped_rotation = rotation_of(object_quat)
+        self._grasped_rotation = rotation_of(self.simulation.pose(self.scene.object_body)[3:])
 
     @property
     def touched(self) -> bool:
