@@ -116,16 +116,25 @@ def hand_force(scene: Scene, data: mujoco.MjData) -> tuple[float, float]:
 
     The latter is on parts without taxels, and on rubber beyond the border of an array.
     """
+    normal, felt = _on_object(scene, data)
+    return float(felt @ normal), float((1.0 - felt) @ normal)
+
+
+def has_unsensed_contact(scene: Scene, data: mujoco.MjData) -> bool:
+    """Whether a contact of hand and object bears force and no taxel feels anything of it."""
+    normal, felt = _on_object(scene, data)
+    return bool((normal[felt == 0.0] > 0.0).any())
+
+
+def _on_object(scene: Scene, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:
+    """Normal forces between object and hand [N], and the share of each that taxels feel (n,)."""
     if data.ncon == 0:
-        return 0.0, 0.0
-    contact = data.contact
-    bearing = touching(scene, data, OBJECT_GEOM, HAND_GEOM) & (contact.efc_address >= 0)
+        return np.zeros(0), np.zeros(0)
+    bearing = touching(scene, data, OBJECT_GEOM, HAND_GEOM) & (data.contact.efc_address >= 0)
     rubber = rubber_contacts(scene, data)
-    on_object = bearing[rubber.contact]
-    normal, felt = rubber.normal[on_object], rubber.shares[on_object].sum(axis=1)
-    bearing[rubber.contact] = False
-    hard = float(data.efc_force[contact.efc_address[bearing]].sum())
-    return float(felt @ normal), hard + float((1.0 - felt) @ normal)
+    felt = np.zeros(len(bearing))
+    felt[rubber.contact] = np.round(rubber.shares.sum(axis=1), 12)  # 1 where nothing is missing
+    return data.efc_force[data.contact.efc_address[bearing]], felt[bearing]
 
 
 def forces_on_object(scene: Scene, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:

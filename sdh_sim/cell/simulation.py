@@ -175,8 +175,12 @@ class Simulation:
         return contacts.object_on_table(self.scene, self.data)
 
     def hand_force(self) -> tuple[float, float]:
-        """Normal force between object and hand: on taxels, on all other parts of the hand [N]."""
+        """Normal force between object and hand: that taxels feel, and all that none does [N]."""
         return contacts.hand_force(self.scene, self.data)
+
+    def has_unsensed_contact(self) -> bool:
+        """Whether a contact of hand and object bears force that no taxel feels at all."""
+        return contacts.has_unsensed_contact(self.scene, self.data)
 
     def object_in_hand(self) -> np.ndarray:
         """Pose of the object in the palm frame, x y z qw qx qy qz (7,)."""
