@@ -139,13 +139,18 @@ class TrialRow(MutableMapping[str, Any]):
     )
     perceived_mass_kg: float | None = _column(_REAL, "kg", "mass that the metrics assumed")
     perceived_friction: float | None = _column(_REAL, "", "friction that the metrics assumed")
+    taxel_threshold: float | None = _column(
+        _REAL, "", "share of a pad's largest reading above which the metrics counted a taxel"
+    )
     sensed_force_n: float | None = _column(
         _REAL, "N", "sum of the normal forces that taxels feel at the snapshot"
     )
     unsensed_force_n: float | None = _column(
         _REAL, "N", "the same on palm, edges, backs and rubber off the arrays, which no taxel feels"
     )
-    unsensed_contact: bool | None = _column(_FLAG, "", "a contact bears force at the snapshot of which no taxel feels anything")
+    unsensed_contact: bool | None = _column(
+        _FLAG, "", "a contact bears force at the snapshot of which no taxel feels anything"
+    )
     surplus: bool | None = _column(
         _FLAG, "", "beyond its share of a preset: not compared; null without one"
     )

@@ -19,6 +19,7 @@ from sdh_sim.sensing.pad_contacts import pad_contacts
 from sdh_sim.sensing.snapshot import TactileSnapshot
 from sdh_sim.sensing.unsensed_contacts import unsensed_contacts
 from sdh_sim.sensing.weight_directions import directions_of, unit_vector
+from sdh_sim.settings import TAXEL_THRESHOLD
 
 TASK_RADIUS = 0.02 / 3  # [m]
 TASK_SAMPLES = 20
@@ -61,6 +62,7 @@ def perceive(
     torque_limit: Sequence[float],
     pads: str,
     kinematics: HandKinematics | None = None,
+    threshold: float = TAXEL_THRESHOLD,
 ) -> PerceivedGrasp:
     """Contacts and task of a snapshot.
 
@@ -70,9 +72,10 @@ def perceive(
         torque_limit: of the groups of motors [N m or N].
         pads: whose readings make ``contacts``: ``all``, or the kind of array.
         kinematics: the hand; None takes the one of the process.
+        threshold: share of its pad's largest reading that a taxel must exceed to count.
     """
     kinematics = kinematics or hand_kinematics()
-    every = pad_contacts(snapshot, obj, torque_limit, "all", kinematics)
+    every = pad_contacts(snapshot, obj, torque_limit, "all", kinematics, threshold=threshold)
     kinds = {pad.name: pad.array.kind for pad in kinematics.hand.pads}
     taken = [pads in ("all", kinds[contact.pad]) for contact in every]
     left_out = tuple(contact for contact, kept in zip(every, taken, strict=True) if not kept)

@@ -153,8 +153,14 @@ class Trial:
         seen, known = add_tracking_error(snapshot, self.scene.obj, settings, self._rng(_TRACKING))
         row.perceived_pose_hand = seen.object_pose_hand
         row.perceived_mass_kg, row.perceived_friction = known.mass_kg, known.friction
+        row.taxel_threshold = settings.taxel_threshold
         self.prediction = predict(
-            seen, known, self.scene.torque_limit, settings.pads, hand_kinematics(self.scene.hand)
+            seen,
+            known,
+            self.scene.torque_limit,
+            settings.pads,
+            hand_kinematics(self.scene.hand),
+            settings.taxel_threshold,
         )
         row.update(self.prediction.values)
         row.update(user_metrics.evaluate_user_metrics(self.prediction.grasp, settings.metrics))
