@@ -72,7 +72,7 @@ class RubberContacts(NamedTuple):
         contact: index of the contact (n,).
         normal: its normal force (n,) [N].
         taxels: flat indices of the taxels around it (n, 4).
-        shares: of its force that they feel (n, 4); what is missing to 1 nobody feels.
+        shares: of its force that they feel (n, 4), which sum to 1 or, off the array, to 0.
     """
 
     contact: np.ndarray
@@ -116,25 +116,17 @@ def hand_force(scene: Scene, data: mujoco.MjData) -> tuple[float, float]:
 
     The latter is on parts without taxels, and on rubber beyond the border of an array.
     """
-    normal, felt = _on_object(scene, data)
-    return float(felt @ normal), float((1.0 - felt) @ normal)
-
-
-def has_unsensed_contact(scene: Scene, data: mujoco.MjData) -> bool:
-    """Whether a contact of hand and object bears force and no taxel feels anything of it."""
-    normal, felt = _on_object(scene, data)
-    return bool((normal[felt == 0.0] > 0.0).any())
-
-
-def _on_object(scene: Scene, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:
-    """Normal forces between object and hand [N], and the share of each that taxels feel (n,)."""
     if data.ncon == 0:
-        return np.zeros(0), np.zeros(0)
+        return 0.0, 0.0
     bearing = touching(scene, data, OBJECT_GEOM, HAND_GEOM) & (data.contact.efc_address >= 0)
     rubber = rubber_contacts(scene, data)
-    felt = np.zeros(len(bearing))
-    felt[rubber.contact] = np.round(rubber.shares.sum(axis=1), 12)  # 1 where nothing is missing
-    return data.efc_force[data.contact.efc_address[bearing]], felt[bearing]
+    felt = np.zeros(len(bearing), dtype=bool)
+    felt[rubber.contact] = rubber.shares.any(axis=1)
+    sensed, unsensed = (
+        float(data.efc_force[data.contact.efc_address[bearing & which]].sum())
+        for which in (felt, ~felt)
+    )
+    return sensed, unsensed
 
 
 def forces_on_object(scene: Scene, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:

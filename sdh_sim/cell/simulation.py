@@ -178,10 +178,6 @@ class Simulation:
         """Normal force between object and hand: that taxels feel, and all that none does [N]."""
         return contacts.hand_force(self.scene, self.data)
 
-    def has_unsensed_contact(self) -> bool:
-        """Whether a contact of hand and object bears force that no taxel feels at all."""
-        return contacts.has_unsensed_contact(self.scene, self.data)
-
     def object_in_hand(self) -> np.ndarray:
         """Pose of the object in the palm frame, x y z qw qx qy qz (7,)."""
         now = self._current.of(self.data)

@@ -148,9 +148,7 @@ class TrialRow(MutableMapping[str, Any]):
     unsensed_force_n: float | None = _column(
         _REAL, "N", "the same on palm, edges, backs and rubber off the arrays, which no taxel feels"
     )
-    unsensed_contact: bool | None = _column(
-        _FLAG, "", "a contact bears force at the snapshot of which no taxel feels anything"
-    )
+    unsensed_contact: bool | None = _column(_FLAG, "", "such a contact bears force at the snapshot")
     surplus: bool | None = _column(
         _FLAG, "", "beyond its share of a preset: not compared; null without one"
     )

@@ -97,27 +97,34 @@ class TaxelArray:
     def shares(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Which taxels feel what acts at points near the surface, and how much of it each.
 
-        A force bears on a square of rubber as large as a taxel, around its point, and every taxel
-        feels the part of the square that lies on it. Inside the array that is bilinear: neither
-        the sum of forces nor their centre changes. What lies beyond the border, or where a taxel
-        is missing, nobody feels.
+        The four centres around a point share it bilinearly, so that neither the sum of forces nor
+        their centre changes. In the outer half of a taxel at the border, or beside a missing one,
+        the taxels that there are take the others' part: the force is felt whole, at most half a
+        pitch off. A point on no taxel is felt by nobody.
 
         Args:
             points: in the link frame (n, 3) [m].
 
         Returns:
-            flat indices into the array (n, 4), and shares (n, 4), whose sum is 1 inside, a half
-            on the border and 0 from half a pitch beyond it.
+            flat indices into the array (n, 4), and shares (n, 4), which sum to 1, or to 0 where
+            the point lies on no taxel.
         """
         at = self.coordinates(points)
         low = np.floor(at).astype(np.int64)
-        corners = low[:, None, :] + _CORNERS
-        rows, columns = np.moveaxis(corners, -1, 0)
-        most = np.array(self.shape) - 1
-        cells = np.clip(rows, 0, most[0]), np.clip(columns, 0, most[1])
-        there = (cells[0] == rows) & (cells[1] == columns) & self.live[cells]
-        share = np.where(there, np.prod(1.0 - np.abs(at[:, None, :] - corners), axis=2), 0.0)
-        return cells[0] * self.shape[1] + cells[1], share
+        cells, there = self._cells(low[:, None, :] + _CORNERS)
+        _, on_array = self._cells(np.floor(at + 0.5).astype(np.int64))
+        beyond = (at - low)[:, None, :]
+        share = np.where(there, np.prod(np.where(_CORNERS, beyond, 1.0 - beyond), axis=2), 0.0)
+        whole = np.where(on_array, share.sum(axis=1), np.inf)  # the point's own taxel has a quarter
+        return cells, share / whole[:, None]
+
+    def _cells(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Flat indices of rows and columns (..., 2) of any value, and whether a taxel is there."""
+        rows, columns = np.moveaxis(places, -1, 0)
+        last_row, last_column = self.shape[0] - 1, self.shape[1] - 1
+        row, column = np.clip(rows, 0, last_row), np.clip(columns, 0, last_column)
+        there = (row == rows) & (column == columns) & self.live[row, column]
+        return row * self.shape[1] + column, there
 
     @cached_property
     def _segments(self) -> tuple[np.ndarray, np.ndarray]:

@@ -149,7 +149,7 @@ class Trial:
         row.object_pose_hand = snapshot.object_pose_hand
         row.hand_pose_world = snapshot.hand_pose_world
         row.sensed_force_n, row.unsensed_force_n = self.simulation.hand_force()
-        row.unsensed_contact = self.simulation.has_unsensed_contact()
+        row.unsensed_contact = row.unsensed_force_n > 0.0
         seen, known = add_tracking_error(snapshot, self.scene.obj, settings, self._rng(_TRACKING))
         row.perceived_pose_hand = seen.object_pose_hand
         row.perceived_mass_kg, row.perceived_friction = known.mass_kg, known.friction
