@@ -53,7 +53,7 @@ def observe(job: tuple[str, int, Mapping[str, Any]]) -> Felt:
     rubber = rubber_contacts(scene, data)
     spheres = scene.taxel[data.contact.geom[rubber.contact]].max(axis=1)
     pads = np.searchsorted(scene.hand.pad_offsets, spheres, side="right") - 1
-    beyond = ~rubber.shares.any(axis=1)
+    beyond = rubber.shares.sum(axis=1) == 0.0
     offsets, found = np.zeros(len(pads)), []
     for pad in np.unique(pads):
         here = np.flatnonzero(pads == pad)
@@ -88,7 +88,9 @@ def main(argv: list[str] | None = None) -> None:
     parser = Parser(__doc__)
     parser.add_argument("--grasps", type=int, default=120, help="grasps, all objects [120]")
     parser.add_argument("--seed", type=int, default=3000, help="first seed [3000]")
-    parser.add_argument("--precision", action="store_true", help="fingertip grasps, as in the paper")
+    parser.add_argument(
+        "--precision", action="store_true", help="fingertip grasps, as in the paper"
+    )
     args = parser.parse_args(argv)
     at_least(parser, args, grasps=1, seed=0)
     conditions = PAPER_SETTINGS if args.precision else {}

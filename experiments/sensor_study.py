@@ -97,7 +97,7 @@ def main(argv: list[str] | None = None) -> None:
     parser.add_argument("--grasps", type=int, default=200, help="grasps, all objects [200]")
     parser.add_argument("--seed", type=int, default=3000, help="first seed [3000]")
     parser.add_argument("--precision", action="store_true",
-                        help="fingertip grasps judged by the distal pads, as in the paper")  # fmt: skip
+                        help="fingertip grasps and distal pads, as in the paper")  # fmt: skip
     args = parser.parse_args(argv)
     at_least(parser, args, grasps=4, seed=0)
     conditions = PAPER_SETTINGS if args.precision else {}
@@ -107,8 +107,10 @@ def main(argv: list[str] | None = None) -> None:
     q = np.array([s.q for s in seen])
     contacts, taxels = np.array([s.contacts for s in seen]), np.array([s.taxels for s in seen])
     table = Table(title=f"{len(seen)} grasps, {held.sum()} held, seeds from {args.seed}")
-    for heading in ("sensor", "AUC L∞", "AUC L1", "accuracy L∞ %", "accuracy L1 %",
-                    "q* higher, median %", "moved, 90 % below %", "contacts differ", "taxels"):  # fmt: skip
+    for heading in (
+        "sensor", "AUC L∞", "AUC L1", "accuracy L∞ %", "accuracy L1 %", "q* higher, median %",
+        "moved, 90 % below %", "contacts differ", "taxels",
+    ):  # fmt: skip
         table.add_column(heading, justify="left" if heading == "sensor" else "right")
     for k, name in enumerate(VARIANTS):
         both = (q[:, 0, 0] > 0) & (q[:, k, 0] > 0)

@@ -134,10 +134,9 @@ def grasp_of(
     if snapshot is None:
         return None
     kinematics = kinematics or hand_kinematics(hand_of(row))
-    if threshold is None:
-        threshold = row.get("taxel_threshold") or 0.0
+    share = row.get("taxel_threshold") or 0.0 if threshold is None else threshold
     limits = kinematics.hand.group_limits(row["torque_limit_nm"])
-    return perceive(snapshot, object_of(row, folders), limits, pads, kinematics, threshold)
+    return perceive(snapshot, object_of(row, folders), limits, pads, kinematics, share)
 
 
 def hand_of(row: Mapping[str, Any]) -> Hand:

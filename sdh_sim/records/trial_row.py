@@ -91,10 +91,10 @@ class TrialRow(MutableMapping[str, Any]):
         _REAL, "", "epsilon of the same wrench sets, L1, 1 N = 1 N m"
     )
     volume_linf: float | None = _column(
-        _REAL, "N^3 (N m)^3", "volume, hard contacts, L-infinity; null above 3"
+        _REAL, "N^3 (N m)^3", "volume, soft contacts at their centres, L-infinity; null above 3"
     )
     volume_l1: float | None = _column(
-        _REAL, "N^3 (N m)^3", "volume, hard contacts, L1; null above 3"
+        _REAL, "N^3 (N m)^3", "volume, soft contacts at their centres, L1; null above 3"
     )
     q_reason: str | None = _column(_TEXT, "", "why q is 0 or missing, empty otherwise")
     contacts: int | None = _column(_INT, "", "pads with readings that the prediction used")

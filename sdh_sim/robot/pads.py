@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 
-
 _CORNERS = np.array([(0, 0), (0, 1), (1, 0), (1, 1)])  # of a square, rows and columns
 
 

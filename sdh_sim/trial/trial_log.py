@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 
 from sdh_sim.cell import Scene
-from sdh_sim.cell.current_poses import CurrentPoses
 from sdh_sim.cell.contacts import forces_on_object, taxel_forces
+from sdh_sim.cell.current_poses import CurrentPoses
 from sdh_sim.metrics import Prediction
 from sdh_sim.records import TrialRow
 
