@@ -84,7 +84,8 @@ class TaxelArray:
         starts, steps = self._segments
         # For every point and segment, how far along the segment the nearest place lies.
         along = points[:, None, ::2] - starts
-        share = (along * steps).sum(axis=2) / (steps**2).sum(axis=1)
+        length = np.maximum((steps**2).sum(axis=1), 1e-18)  # of rows in one place: 0
+        share = (along * steps).sum(axis=2) / length
         low, high = np.zeros(len(starts)), np.ones(len(starts))
         low[0], high[-1] = -np.inf, np.inf
         share = np.clip(share, low, high)

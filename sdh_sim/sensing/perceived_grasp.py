@@ -36,8 +36,8 @@ class PerceivedGrasp:
         torque_limits: of the motors (n,) [N m or N].
         contacts: the pads in contact, object frame with its origin at the centre of mass.
         task: wrenches the hand must exert against gravity, same frame, (6, m) [N, N m].
-        others: what touches besides ``contacts``: pads left out, and parts without taxels where
-            geometry shows that they touch.
+        others: what touches besides ``contacts``: pads left out, and what geometry shows to touch
+            where no taxel feels it, on parts without taxels and beyond the border of an array.
         transmission: moment arms of the motors about the columns of the contacts' Jacobians
             (motors, columns); None: the columns are the motors.
     """
