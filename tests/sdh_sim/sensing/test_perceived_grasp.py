@@ -60,6 +60,12 @@ def only(contacts: tuple[PadContact, ...]) -> PadContact:
     return contacts[0]
 
 
+def taxels(contact: PadContact) -> int:
+    """How many taxels count."""
+    assert contact.contact.patch is not None
+    return len(contact.contact.patch)
+
+
 def test_one_proximal_contact_by_hand(kinematics, obj):
     # Straight thumb, the two middle cells of the lowest row: centre (15.4, 0, 21.6) mm in the
     # link, (-38.11 + 15.4, 0, 91 + 21.6) = (-22.71, 0, 112.6) in the palm; less the object's
@@ -132,15 +138,15 @@ def test_taxels_far_below_the_largest_of_their_pad_do_not_count(kinematics, obj)
     cells = {("proximal", THUMB, 13, column): v for column, v in ((1, 10.0), (2, 1.01), (3, 1.0))}
     cells["proximal", FINGER1, 5, 2] = 0.1
     found = pad_contacts(snapshot(cells), obj, LIMIT, "all", kinematics)
-    assert [(p.pad, len(p.contact.patch)) for p in found] == [
+    assert [(p.pad, taxels(p)) for p in found] == [
         ("finger1_proximal", 1), ("thumb_proximal", 2),
     ]  # fmt: skip
     # Centre at column (10 + 2.02) / 11.01 = 1.09174, y = -1.40826 * 3.4 = -4.78810 mm.
     assert found[1].contact.position[1] * 1e3 == pytest.approx(-20 - 4.78810, abs=1e-5)
     every = perceive(snapshot(cells), obj, LIMIT, "all", kinematics, threshold=0.0).contacts
-    assert [len(p.contact.patch) for p in every] == [1, 3]
+    assert [taxels(p) for p in every] == [1, 3]
     strict = perceive(snapshot(cells), obj, LIMIT, "all", kinematics, threshold=0.5).contacts
-    assert [len(p.contact.patch) for p in strict] == [1, 1]
+    assert [taxels(p) for p in strict] == [1, 1]
 
 
 def test_crosstalk_makes_no_contact(kinematics, obj):
@@ -155,12 +161,9 @@ def test_crosstalk_makes_no_contact(kinematics, obj):
     assert np.count_nonzero(proximal) == 21
     cells = {("proximal", *at): proximal[at] for at in zip(*np.nonzero(proximal), strict=True)}
     stamped = snapshot(cells)
-    found = only(pad_contacts(stamped, obj, LIMIT, "all", kinematics)).contact
-    assert found.patch is not None
-    assert len(found.patch) == 9
-    every = only(pad_contacts(stamped, obj, LIMIT, "all", kinematics, threshold=0.0)).contact
-    assert every.patch is not None
-    assert len(every.patch) == 21
+    assert taxels(only(pad_contacts(stamped, obj, LIMIT, "all", kinematics))) == 9
+    every = pad_contacts(stamped, obj, LIMIT, "all", kinematics, threshold=0.0)
+    assert taxels(only(every)) == 21
 
 
 def test_rows_are_weighted_too(kinematics, obj):
