@@ -30,6 +30,7 @@ PAPER_TORQUE_LIMIT = (
 GRAVITY_DIRECTIONS = ("-z", "+z", "-x", "+x", "-y", "+y")
 RANDOM_GRASPS, FROM_FILE = ("any", "precision"), "file"  # where grasps come from
 LARGEST_TORQUE = 1000.0  # that a motor may have [N m or N]
+TAXEL_THRESHOLD = 0.1  # as much as crosstalk passes on to each neighbour of a taxel
 DEFAULT_HAND = "schunk_sdh2"
 
 
@@ -79,6 +80,14 @@ class TrialSettings:
             "Pads whose readings the prediction uses: all, or those with one kind of array (SDH-2: "
             "proximal, distal).",
             allowed="all, or a kind of the hand's arrays",
+        ),
+    )
+    taxel_threshold: float = field(
+        default=TAXEL_THRESHOLD,
+        metadata=setting(
+            "Share of its pad's largest reading that a taxel must exceed to count as in contact; "
+            "what reads less is taken for crosstalk. 0: every reading counts.",
+            span=(0.0, 0.9),
         ),
     )
     timestep: float = field(

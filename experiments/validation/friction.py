@@ -26,7 +26,6 @@ from experiments.validation.rig_readings import (
 from experiments.validation.rigs import (
     GRAVITY,
     HONEST,
-    TAXEL_RADIUS,
     TEST_BODY_MASS,
     Frame,
     Shape,
@@ -224,10 +223,9 @@ def spinning(
 def torsion_onset(short: bool = False, spoil: Spoil = HONEST) -> Result:
     """Moment that starts a patch spinning against equation 7's τ*.
 
-    Where the test body is curved, the spheres that stand for taxels touch it nearer to the middle
-    than the taxels' centres are, by the share r / (r + R): the simulated patch is weaker in
-    torsion than the tactile array says, by up to R / (r + R). The judged row uses the contact
-    points; the other reports the gap.
+    The judged row of a curved test body uses the contact points. The array feels forces where they
+    act, shared between neighbours: that widens a patch of few taxels by pitch² / 3 in the mean
+    square of the distance, and equation 7 with it. The other row reports the gap.
     """
     rows, curves = [], {}
     chosen = ("plate on the whole proximal pad", "ball, r 40 mm") if short else tuple(SPUN)
@@ -246,11 +244,11 @@ def torsion_onset(short: bool = False, spoil: Spoil = HONEST) -> Result:
                 f"{name}: μ ΣN l, contact points", "N m", spin.exact, spin.found, 0.05,
                 "few taxels: a slip of microns shifts load between them",
             ))  # fmt: skip
+            arm = spin.exact / (FRICTION * spin.mark.total)
             rows.append(Row(
                 f"{name}: eq. 7, tactile array", "N m", seventh, spin.found,
-                TAXEL_RADIUS / (radius + TAXEL_RADIUS) + 0.05,
-                "taxel spheres of 13 mm touch a curved test body nearer to the middle: R / (r + R)",
-                judged=False,
+                1.0 - 1.0 / np.sqrt(1.0 + c.TAXEL_PITCH**2 / 3.0 / arm**2) + 0.05,
+                "sharing between taxels widens the patch", judged=False,
             ))  # fmt: skip
         shares = np.array([0.3, 0.6, 0.8, 0.9, 0.97, 1.0, 1.03, 1.06, 1.1, 1.2, 1.5])
         speeds = np.array([spin.speed(x * seventh) for x in shares])

@@ -3,19 +3,22 @@
 A pad is an elastic foundation (Winkler bed) of modulus k = E / thickness [N/m³]: a ball of radius
 r pressed by F sinks by δ = (F / (π k r))^½ over a patch of area 2 π r δ, with the peak pressure
 k δ. Taxels are spheres of radius R whose apexes lie on the pad, so what the bed meets is a ball
-of radius r + R.
+of radius r + R. Spheres touch the ball nearer to its axis than their apexes lie, by the share
+r / (r + R), and there the array feels their force: its patch is that much narrower than the bed's,
+and wider by what sharing between two neighbours adds, pitch² / 6 to the variance along each axis.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from experiments.validation.forces import from_limits
 from experiments.validation.friction import PLATE, clamp
 from experiments.validation.result_rows import Result, Row
-from experiments.validation.rig_readings import advance, imprint, pressed
+from experiments.validation.rig_readings import advance, imprint, pressed, sphere_forces
 from experiments.validation.rigs import (
     HONEST,
     TAXEL_RADIUS,
@@ -70,25 +73,58 @@ def plate(short: bool = False, spoil: Spoil = HONEST) -> Result:
     return Result(tuple(rows), {"points": np.array(points)})
 
 
-def _balls(
-    radius: float, force: float, modulus: float, offsets: int, spoil: Spoil
-) -> tuple[float, float, np.ndarray, np.ndarray]:
+@dataclass(frozen=True)
+class Balls:
+    """A ball pressed at several places within a taxel.
+
+    Attributes:
+        area: of the patch, the mean over places [m²].
+        peak: pressure under a ball right over a taxel [Pa].
+        profile: distance from the ball's axis [m] and pressure [Pa] of every sphere touched, over
+            all places (n, 2).
+        forces: of the spheres at the last place, rows × columns [N].
+        width: root mean square distance from the centre of pressure along an axis, as the array
+            reads it, over all places [m].
+        off: largest distance of the array's centre of pressure from the ball's axis [m].
+    """
+
+    area: float
+    peak: float
+    profile: np.ndarray
+    forces: np.ndarray
+    width: float
+    off: float
+
+
+def read_width(force: float, radius: float, modulus: float = 1e6) -> float:
+    """What ``Balls.width`` is on the bed that the spheres make [m]."""
+    depth, _, _ = bed(force, radius + TAXEL_RADIUS, modulus)
+    narrower = radius / (radius + TAXEL_RADIUS)
+    # Pressure falls as 1 - (ρ / a)², a² = 2 (r + R) δ: the variance along an axis is a² / 6.
+    own = (radius + TAXEL_RADIUS) * depth / 3.0
+    return math.sqrt(narrower**2 * own + c.TAXEL_PITCH**2 / 6.0)
+
+
+def _balls(radius: float, force: float, modulus: float, offsets: int, spoil: Spoil) -> Balls:
     """A ball pressed at several places within a taxel.
 
     The mean over places measures the area finer than one taxel; the peak is that of a ball right
     over a taxel.
-
-    Returns:
-        Mean patch area [m²]; peak pressure [Pa]; distance from the ball's axis [m] and pressure
-        [Pa] of every taxel touched, over all places (n, 2); the array of the last place [N].
     """
     settings = settings_for(modulus=modulus)
     places = (np.arange(offsets) + 0.5) / offsets - 0.5
     shape = Shape("sphere", (radius,), (radius, 0.0, 0.0))
     counts, profile, peak, forces = [], [], 0.0, np.zeros(0)
+    variances, off = [], 0.0
     for row, column in [*((6.5 + i, 2.5 + j) for i in places for j in places), (6.0, 2.0)]:
         scene = bench(PAD, row, column, [shape], ["press"], settings, 0.0, spoil)
-        forces = imprint(scene, pressed(scene, force), PAD).forces
+        data = pressed(scene, force)
+        forces = sphere_forces(scene, data, PAD)
+        read = imprint(scene, data, PAD).forces
+        for axis, place in ((1, row), (0, column)):
+            line, at = read.sum(axis=axis) / read.sum(), np.arange(read.shape[1 - axis])
+            off = max(off, c.TAXEL_PITCH * abs(line @ at - place))
+            variances.append(c.TAXEL_PITCH**2 * (line @ at**2 - (line @ at) ** 2))
         rows, columns = np.nonzero(forces > TOUCHED)
         distance = c.TAXEL_PITCH * np.hypot(rows - row, columns - column)
         profile.append(np.column_stack([distance, forces[rows, columns] / TAXEL_AREA]))
@@ -96,7 +132,10 @@ def _balls(
             peak = float(forces.max()) / TAXEL_AREA
         else:
             counts.append(len(rows))
-    return float(np.mean(counts)) * TAXEL_AREA, peak, np.concatenate(profile), forces
+    return Balls(
+        float(np.mean(counts)) * TAXEL_AREA, peak, np.concatenate(profile), forces,
+        math.sqrt(float(np.mean(variances))), off,
+    )  # fmt: skip
 
 
 def ball(short: bool = False, spoil: Spoil = HONEST) -> Result:
@@ -104,7 +143,8 @@ def ball(short: bool = False, spoil: Spoil = HONEST) -> Result:
     rows, curves = [], []
     offsets = 2 if short else 4
     for radius, force in ((0.02, 10.0),) if short else ((0.02, 10.0), (0.02, 3.0), (0.05, 10.0)):
-        area, peak, profile, forces = _balls(radius, force, 1e6, offsets, spoil)
+        balls = _balls(radius, force, 1e6, offsets, spoil)
+        area, peak = balls.area, balls.peak
         name = f"ball, r {1e3 * radius:g} mm, {force:g} N"
         _, exact_area, exact_peak = bed(force, radius + TAXEL_RADIUS)
         _, ideal_area, ideal_peak = bed(force, radius)
@@ -119,8 +159,15 @@ def ball(short: bool = False, spoil: Spoil = HONEST) -> Result:
                 share + edge, "taxel spheres of 13 mm: area up by (1 + R/r)^½", judged=False),
             Row(f"{name}: peak pressure, ideal bed", "kPa", 1e-3 * ideal_peak, 1e-3 * peak,
                 share / (1.0 + share) + 0.05, "peak down by (1 + R/r)^½", judged=False),
+            Row(f"{name}: rms width that the array reads", "mm", 1e3 * read_width(force, radius),
+                1e3 * balls.width, 0.1, "sum over few taxels, at least five, for an integral"),
+            Row(f"{name}: rms width, ideal bed", "mm",
+                1e3 * math.sqrt(radius * bed(force, radius)[0] / 3.0), 1e3 * balls.width, 0.25,
+                "narrower by r / (r + R), wider by sharing", judged=False),
+            Row(f"{name}: centre of pressure off the ball", "mm", 0.0, 1e3 * balls.off, 0.1,
+                "of a pitch: the guided ball leans on few taxels", scale=1e3 * c.TAXEL_PITCH),
         ]  # fmt: skip
-        curves.append((radius, force, profile, forces))
+        curves.append((radius, force, balls.profile, balls.forces))
     return Result(tuple(rows), {"balls": curves})
 
 
@@ -129,7 +176,7 @@ def modulus(short: bool = False, spoil: Spoil = HONEST) -> Result:
     rows, curves = [], []
     moduli = (0.5e6, 4e6) if short else (0.25e6, 0.5e6, 1e6, 2e6, 4e6)
     offsets, radius, force = 2 if short else 4, 0.04, 10.0
-    areas = [_balls(radius, force, e, offsets, spoil)[0] for e in moduli]
+    areas = [_balls(radius, force, e, offsets, spoil).area for e in moduli]
     torque = 1.6401
     held = [from_limits(*clamp((torque, 1.0934), spoil, modulus=e), torque) for e in moduli]
     exact = [bed(force, radius + TAXEL_RADIUS, e)[1] for e in (moduli[0], moduli[-1])]

@@ -143,6 +143,24 @@ class Imprint:
     torsion_arm: float
 
 
+def sphere_forces(scene: Scene, data: mujoco.MjData, pad: str) -> np.ndarray:
+    """Normal force that each sphere of a pad's rubber bears, rows × columns [N].
+
+    Of the springs of the bed, that is: what a taxel reads acts on it, whichever sphere bears it.
+    Read from MuJoCo on its own, as ``touches``.
+    """
+    hand = scene.hand
+    index = hand.pad_names.index(pad)
+    array, first = hand.pads[index].array, hand.pad_offsets[index]
+    forces, wrench = np.zeros(array.live.size), np.zeros(6)
+    for k in range(data.ncon):
+        place = int(scene.taxel[data.contact.geom[k]].max()) - first
+        if data.contact.efc_address[k] >= 0 and 0 <= place < array.live.size:
+            mujoco.mj_contactForce(scene.model, data, k, wrench)
+            forces[place] += wrench[0]
+    return forces.reshape(array.shape)
+
+
 def imprint(scene: Scene, data: mujoco.MjData, pad: str) -> Imprint:
     """Tactile array of a pad, centre and torsion arm found as for a prediction."""
     hand = scene.hand

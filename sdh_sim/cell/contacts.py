@@ -61,30 +61,72 @@ def hand_contacts(scene: Scene, data: mujoco.MjData) -> list[HandContact]:
     return found
 
 
+class RubberContacts(NamedTuple):
+    """Contacts of the pads' rubber that bear force, and the taxels that feel them.
+
+    The spheres that stand for the rubber are larger than a taxel, so a contact may lie off the
+    taxel whose sphere makes it: by some millimetres where the surface that it meets lies askew,
+    or at an edge. It is felt where it acts; what acts beyond the array's border nobody feels.
+
+    Attributes:
+        contact: index of the contact (n,).
+        normal: its normal force (n,) [N].
+        taxels: flat indices of the taxels around it (n, 4).
+        shares: of its force that they feel (n, 4), which sum to 1 or, off the array, to 0.
+    """
+
+    contact: np.ndarray
+    normal: np.ndarray
+    taxels: np.ndarray
+    shares: np.ndarray
+
+
+def rubber_contacts(scene: Scene, data: mujoco.MjData) -> RubberContacts:
+    """Where the pads bear on anything, and which taxels feel it."""
+    contact, model = data.contact, scene.model
+    if data.ncon == 0 or data.nefc == 0:
+        return RubberContacts(np.zeros(0, np.int64), np.zeros(0), *np.zeros((2, 0, 4), np.int64))
+    of_pair = scene.taxel[contact.geom]
+    found = np.flatnonzero((of_pair >= 0).any(axis=1) & (contact.efc_address >= 0))
+    geom = contact.geom[found, of_pair[found].argmax(axis=1)]
+    pads = np.searchsorted(scene.hand.pad_offsets, scene.taxel[geom], side="right") - 1
+    links = model.geom_bodyid[geom]
+    away = contact.pos[found] - data.xpos[links]
+    points = np.einsum("nj,njk->nk", away, data.xmat[links].reshape(-1, 3, 3))
+    taxels, shares = np.zeros((len(found), 4), np.int64), np.zeros((len(found), 4))
+    kinds = scene.hand.pad_kinds[pads]
+    for kind, array in enumerate(scene.hand.arrays.values()):
+        here = kinds == kind
+        if here.any():
+            taxels[here], shares[here] = array.shares(points[here])
+    taxels += scene.hand.pad_offsets[pads][:, None]
+    return RubberContacts(found, data.efc_force[contact.efc_address[found]], taxels, shares)
+
+
 def taxel_forces(scene: Scene, data: mujoco.MjData) -> np.ndarray:
     """Normal force on every taxel, flat (taxels,) [N], 0 where a pad has no taxel."""
     forces = np.zeros(scene.hand.tactile_size)
-    if data.ncon == 0 or data.nefc == 0:
-        return forces
-    contact = data.contact
-    bearing = contact.efc_address >= 0
-    normal = data.efc_force[contact.efc_address[bearing]]
-    for geom in contact.geom[bearing].T:
-        taxel = scene.taxel[geom]
-        hit = taxel >= 0
-        np.add.at(forces, taxel[hit], normal[hit])
+    rubber = rubber_contacts(scene, data)
+    np.add.at(forces, rubber.taxels, rubber.normal[:, None] * rubber.shares)
     return forces
 
 
 def hand_force(scene: Scene, data: mujoco.MjData) -> tuple[float, float]:
-    """Normal force between object and hand: on taxels, on all other parts of the hand [N]."""
+    """Normal force between object and hand: that taxels feel, and all that none does [N].
+
+    The latter is on parts without taxels, and on rubber beyond the border of an array.
+    """
     if data.ncon == 0:
         return 0.0, 0.0
-    contact = data.contact
-    bearing = touching(scene, data, OBJECT_GEOM, HAND_GEOM) & (contact.efc_address >= 0)
-    force = data.efc_force[contact.efc_address[bearing]]
-    sensed = (scene.taxel[contact.geom[bearing]] >= 0).any(axis=1)
-    return float(force[sensed].sum()), float(force[~sensed].sum())
+    bearing = touching(scene, data, OBJECT_GEOM, HAND_GEOM) & (data.contact.efc_address >= 0)
+    rubber = rubber_contacts(scene, data)
+    felt = np.zeros(len(bearing), dtype=bool)
+    felt[rubber.contact] = rubber.shares.any(axis=1)
+    sensed, unsensed = (
+        float(data.efc_force[data.contact.efc_address[bearing & which]].sum())
+        for which in (felt, ~felt)
+    )
+    return sensed, unsensed
 
 
 def forces_on_object(scene: Scene, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:

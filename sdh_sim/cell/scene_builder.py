@@ -220,5 +220,5 @@ def set_contacts(scene: Scene) -> None:
     structure = (scene.geom_group == HAND_GEOM) & (scene.taxel < 0)
     model.geom_solref[hard | structure] = HARD_SOLREF
     model.geom_friction[structure, 0] = friction
-    # MuJoCo takes the larger friction of two geoms, so the table's own value cannot exceed it.
+    # The table's priority puts its own friction in force; no object is rougher there than in hand.
     model.geom_friction[scene.table, 0] = min(model.geom_friction[scene.table, 0], friction)

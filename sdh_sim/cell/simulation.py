@@ -12,6 +12,7 @@ import numpy as np
 
 from sdh_sim import poses
 from sdh_sim.cell import contacts
+from sdh_sim.cell.current_poses import CurrentPoses
 from sdh_sim.cell.scene import HAND_GEOM, OBJECT_GEOM, Scene
 from sdh_sim.errors import Diverged
 
@@ -49,6 +50,7 @@ class Simulation:
         self.peak = np.zeros(len(scene.motors))
         self.limits = scene.hand.torque_limits(scene.torque_limit)
         self.phase = ""
+        self._current = CurrentPoses(scene.model)
 
     @property
     def time(self) -> float:
@@ -173,10 +175,15 @@ class Simulation:
         return contacts.object_on_table(self.scene, self.data)
 
     def hand_force(self) -> tuple[float, float]:
-        """Normal force between object and hand: on taxels, on all other parts of the hand [N]."""
+        """Normal force between object and hand: that taxels feel, and all that none does [N]."""
         return contacts.hand_force(self.scene, self.data)
 
     def object_in_hand(self) -> np.ndarray:
         """Pose of the object in the palm frame, x y z qw qx qy qz (7,)."""
-        palm = poses.body_pose(self.data, self.scene.palm)
-        return poses.relative(palm, poses.body_pose(self.data, self.scene.object_body))
+        now = self._current.of(self.data)
+        palm = poses.body_pose(now, self.scene.palm)
+        return poses.relative(palm, poses.body_pose(now, self.scene.object_body))
+
+    def pose(self, body: int) -> np.ndarray:
+        """Pose of a body in the world, x y z qw qx qy qz (7,)."""
+        return poses.body_pose(self._current.of(self.data), body)

@@ -73,7 +73,10 @@ def _hand_scaling(grasp: PerceivedGrasp, held: bool = False, whole: bool = False
 
 
 def _volume(grasp: PerceivedGrasp, bound: str) -> float:
-    """Volume of the wrench space [N^3 (N m)^3]; NaN with more contacts than are computed."""
+    """Volume of the wrench space [N^3 (N m)^3]; NaN with more contacts than are computed.
+
+    Of soft contacts at their centres: forces and torsion there, nothing at the other taxels.
+    """
     if len(grasp.contacts) > MAX_VOLUME_CONTACTS:
         return math.nan
     return gq.volume(wrench_sets(grasp, augment="none"), bound=bound)

@@ -9,6 +9,7 @@ from sdh_sim.metrics.built_in import evaluate, task_scaling
 from sdh_sim.objects import ObjectInfo
 from sdh_sim.robot import HandKinematics
 from sdh_sim.sensing import PadContact, PerceivedGrasp, TactileSnapshot, perceive
+from sdh_sim.settings import TAXEL_THRESHOLD
 
 NO_READING = "no pad reads a contact"
 
@@ -49,6 +50,7 @@ def predict(
     torque_limit: Sequence[float],
     pads: str,
     kinematics: HandKinematics | None = None,
+    threshold: float = TAXEL_THRESHOLD,
 ) -> Prediction:
     """Every metric from the snapshot and the known object alone.
 
@@ -58,8 +60,9 @@ def predict(
         torque_limit: of the groups of motors [N m or N].
         pads: ``all``, or the kind of array whose pads count.
         kinematics: the hand; None takes the one of the process.
+        threshold: share of its pad's largest reading that a taxel must exceed to count.
     """
-    grasp = perceive(snapshot, obj, torque_limit, pads, kinematics)
+    grasp = perceive(snapshot, obj, torque_limit, pads, kinematics, threshold)
     values = evaluate(grasp)
     reason = ""
     if not grasp.contacts:

@@ -115,6 +115,7 @@ def grasp_of(
     pads: str,
     kinematics: HandKinematics | None = None,
     folders: Mapping[str, ObjectFolder] | None = None,
+    threshold: float | None = None,
 ) -> PerceivedGrasp | None:
     """The row's grasp as the metrics got it; None where the trial ended before its snapshot.
 
@@ -123,6 +124,8 @@ def grasp_of(
         pads: ``all`` or ``distal``.
         kinematics: the hand; None takes the built-in one that the row names.
         folders: of users' objects by name, as the run's plan has them.
+        threshold: share of its pad's largest reading that a taxel must exceed to count; None
+            takes the row's. Where a table of an older version has none every reading counts.
 
     Raises:
         SettingsError: there is no such object any more.
@@ -131,8 +134,9 @@ def grasp_of(
     if snapshot is None:
         return None
     kinematics = kinematics or hand_kinematics(hand_of(row))
+    share = row.get("taxel_threshold") or 0.0 if threshold is None else threshold
     limits = kinematics.hand.group_limits(row["torque_limit_nm"])
-    return perceive(snapshot, object_of(row, folders), limits, pads, kinematics)
+    return perceive(snapshot, object_of(row, folders), limits, pads, kinematics, share)
 
 
 def hand_of(row: Mapping[str, Any]) -> Hand:

@@ -43,7 +43,7 @@ HEADER = """<mujoco model="schunk_sdh2">
         <geom contype="4" conaffinity="12" group="3" rgba="0.4 0.6 0.9 0.4"/>
       </default>
       <default class="sdh2_taxel">
-        <geom type="sphere" contype="2" conaffinity="0" group="4" priority="1"
+        <geom type="sphere" contype="2" conaffinity="0" group="4" priority="2"
               rgba="0.9 0.5 0.1 0.3"/>
       </default>
 """

@@ -37,7 +37,7 @@ CLASSES = """      <default class="jaw_visual">
         <geom type="box" contype="4" conaffinity="12" group="3" rgba="0.4 0.6 0.9 0.4"/>
       </default>
       <default class="jaw_taxel">
-        <geom type="sphere" contype="2" conaffinity="0" group="4" priority="1"
+        <geom type="sphere" contype="2" conaffinity="0" group="4" priority="2"
               rgba="0.9 0.5 0.1 0.3"/>
       </default>
     </default>

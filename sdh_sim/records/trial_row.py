@@ -91,10 +91,10 @@ class TrialRow(MutableMapping[str, Any]):
         _REAL, "", "epsilon of the same wrench sets, L1, 1 N = 1 N m"
     )
     volume_linf: float | None = _column(
-        _REAL, "N^3 (N m)^3", "volume, hard contacts, L-infinity; null above 3"
+        _REAL, "N^3 (N m)^3", "volume, soft contacts at their centres, L-infinity; null above 3"
     )
     volume_l1: float | None = _column(
-        _REAL, "N^3 (N m)^3", "volume, hard contacts, L1; null above 3"
+        _REAL, "N^3 (N m)^3", "volume, soft contacts at their centres, L1; null above 3"
     )
     q_reason: str | None = _column(_TEXT, "", "why q is 0 or missing, empty otherwise")
     contacts: int | None = _column(_INT, "", "pads with readings that the prediction used")
@@ -139,11 +139,14 @@ class TrialRow(MutableMapping[str, Any]):
     )
     perceived_mass_kg: float | None = _column(_REAL, "kg", "mass that the metrics assumed")
     perceived_friction: float | None = _column(_REAL, "", "friction that the metrics assumed")
+    taxel_threshold: float | None = _column(
+        _REAL, "", "share of a pad's largest reading above which the metrics counted a taxel"
+    )
     sensed_force_n: float | None = _column(
-        _REAL, "N", "sum of normal forces on taxels at the snapshot"
+        _REAL, "N", "sum of the normal forces that taxels feel at the snapshot"
     )
     unsensed_force_n: float | None = _column(
-        _REAL, "N", "the same on palm, edges and backs, which no pad feels"
+        _REAL, "N", "the same on palm, edges, backs and rubber off the arrays, which no taxel feels"
     )
     unsensed_contact: bool | None = _column(_FLAG, "", "such a contact bears force at the snapshot")
     surplus: bool | None = _column(

@@ -166,6 +166,12 @@ class Hand:
         return {pad.array.kind: pad.array for pad in self.pads}
 
     @cached_property
+    def pad_kinds(self) -> np.ndarray:
+        """Of each pad, which of ``arrays`` it has, by place (pads,)."""
+        kinds = list(self.arrays)
+        return np.array([kinds.index(pad.array.kind) for pad in self.pads], dtype=np.int64)
+
+    @cached_property
     def pad_offsets(self) -> np.ndarray:
         """Where each pad begins in the flat tactile vector, and its length at the end."""
         return np.cumsum([0, *(pad.array.live.size for pad in self.pads)])

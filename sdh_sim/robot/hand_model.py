@@ -16,10 +16,14 @@ from sdh_sim.errors import HandError
 from sdh_sim.robot.hand_description import Hand
 from sdh_sim.robot.pads import Frame, Pad, TaxelArray
 
-STRUCTURE = {"contype": 4, "conaffinity": 12, "condim": 3, "group": 3}
-TAXEL = {"contype": 2, "conaffinity": 0, "condim": 3, "group": 4, "priority": 1}
+STRUCTURE = {"contype": 4, "conaffinity": 12, "condim": 3, "group": 3, "priority": 0}
+TAXEL = {"contype": 2, "conaffinity": 0, "condim": 3, "group": 4, "priority": 2}
 VISUAL = {"contype": 0, "conaffinity": 0, "group": 2}
-"""Contact bits and groups: 1 object and table, 2 taxel, 4 hand structure, 8 arm."""
+"""Contact bits and groups: 1 object and table, 2 taxel, 4 hand structure, 8 arm.
+
+Where two geoms meet, the one of higher priority says how: taxels before the table, which stands
+before all others.
+"""
 
 COUPLING_SOLREF, COUPLING_SOLIMP = (0.005, 1.0), (0.9999, 0.9999, 0.001, 0.5, 2.0)
 LEAST_RADIUS, MOST_RADIUS = 2.0, 4.0  # of a taxel's sphere, in pitches

@@ -12,6 +12,7 @@ from sdh_sim.poses import rotation_of
 from sdh_sim.robot import HandKinematics, TaxelArray
 from sdh_sim.sensing.pad_contact import PadContact
 from sdh_sim.sensing.snapshot import TactileSnapshot
+from sdh_sim.settings import TAXEL_THRESHOLD
 
 LOOK_DEPTH = 0.01  # beneath the pad's surface, in the finger [m]
 
@@ -23,6 +24,7 @@ def pad_contacts(
     pads: str,
     kinematics: HandKinematics,
     surface_share: float = 1.0,
+    threshold: float = TAXEL_THRESHOLD,
 ) -> tuple[PadContact, ...]:
     """Contact model of every pad that reads something (II-B).
 
@@ -40,6 +42,8 @@ def pad_contacts(
         kinematics: the hand.
         surface_share: 1 takes the normals of the object's surface, 0 the pads' own, and what lies
             between a mean of both.
+        threshold: share of its pad's largest reading that a taxel must exceed to count. Crosstalk
+            lights taxels that touch nothing, and every one that counts exerts force.
     """
     posture = kinematics.at(snapshot.joint_angles, snapshot.joints)
     rotation, origin = rotation_of(snapshot.object_pose_hand[3:]), snapshot.object_pose_hand[:3]
@@ -49,6 +53,7 @@ def pad_contacts(
     readings = {kind: iter(arrays) for kind, arrays in snapshot.tactile.items()}
     for pad in kinematics.hand.pads:
         reading = np.where(pad.array.live, next(readings[pad.array.kind]), 0.0)
+        reading = np.where(reading > threshold * reading.max(), reading, 0.0)
         if pads not in ("all", pad.array.kind) or not (reading > 0.0).any():
             continue
         body = pad.body

@@ -19,6 +19,7 @@ from sdh_sim.sensing.pad_contacts import pad_contacts
 from sdh_sim.sensing.snapshot import TactileSnapshot
 from sdh_sim.sensing.unsensed_contacts import unsensed_contacts
 from sdh_sim.sensing.weight_directions import directions_of, unit_vector
+from sdh_sim.settings import TAXEL_THRESHOLD
 
 TASK_RADIUS = 0.02 / 3  # [m]
 TASK_SAMPLES = 20
@@ -35,8 +36,8 @@ class PerceivedGrasp:
         torque_limits: of the motors (n,) [N m or N].
         contacts: the pads in contact, object frame with its origin at the centre of mass.
         task: wrenches the hand must exert against gravity, same frame, (6, m) [N, N m].
-        others: what touches besides ``contacts``: pads left out, and parts without taxels where
-            geometry shows that they touch.
+        others: what touches besides ``contacts``: pads left out, and what geometry shows to touch
+            where no taxel feels it, on parts without taxels and beyond the border of an array.
         transmission: moment arms of the motors about the columns of the contacts' Jacobians
             (motors, columns); None: the columns are the motors.
     """
@@ -61,6 +62,7 @@ def perceive(
     torque_limit: Sequence[float],
     pads: str,
     kinematics: HandKinematics | None = None,
+    threshold: float = TAXEL_THRESHOLD,
 ) -> PerceivedGrasp:
     """Contacts and task of a snapshot.
 
@@ -70,9 +72,10 @@ def perceive(
         torque_limit: of the groups of motors [N m or N].
         pads: whose readings make ``contacts``: ``all``, or the kind of array.
         kinematics: the hand; None takes the one of the process.
+        threshold: share of its pad's largest reading that a taxel must exceed to count.
     """
     kinematics = kinematics or hand_kinematics()
-    every = pad_contacts(snapshot, obj, torque_limit, "all", kinematics)
+    every = pad_contacts(snapshot, obj, torque_limit, "all", kinematics, threshold=threshold)
     kinds = {pad.name: pad.array.kind for pad in kinematics.hand.pads}
     taken = [pads in ("all", kinds[contact.pad]) for contact in every]
     left_out = tuple(contact for contact, kept in zip(every, taken, strict=True) if not kept)

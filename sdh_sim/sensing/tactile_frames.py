@@ -5,7 +5,6 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from sdh_sim import poses
 from sdh_sim.cell import Scene, Simulation
 from sdh_sim.cell.contacts import taxel_forces
 from sdh_sim.robot import hand_kinematics
@@ -48,7 +47,7 @@ def take_snapshot(simulation: Simulation, sensor: TactileSensor | None = None) -
         joint_angles=scene.motor_positions(data),
         motor_torques=data.actuator_force[scene.motors].copy(),
         object_pose_hand=simulation.object_in_hand(),
-        hand_pose_world=poses.body_pose(data, scene.palm),
+        hand_pose_world=simulation.pose(scene.palm),
         gravity=scene.settings.gravity if scene.settings.support == "none" else "",
         joints=data.qpos[scene.hand_qpos].copy() if hand_kinematics(scene.hand).passive else None,
     )

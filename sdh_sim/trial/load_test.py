@@ -185,6 +185,6 @@ def _apply(simulation: Simulation, load: _Load, size: float) -> None:
     data, scene = simulation.data, simulation.scene
     unit = load.wrench * (scene.obj.mass_kg * GRAVITY * (size - load.carried))
     if load.in_hand:
-        hand = data.xquat[scene.palm]
+        hand = simulation.pose(scene.palm)[3:]
         unit = np.concatenate((rotate(hand, unit[:3]), rotate(hand, unit[3:])))
     data.xfrc_applied[scene.object_body] = unit

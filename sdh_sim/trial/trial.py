@@ -134,8 +134,7 @@ class Trial:
             acquire(self.simulation, self.motion)
         self._grasped = self._now = self.simulation.save()
         self._in_hand = self.simulation.object_in_hand()
-        object_quat = self.simulation.data.xquat[self.scene.object_body]
-        self._grasped_rotation = rotation_of(object_quat)
+        self._grasped_rotation = rotation_of(self.simulation.pose(self.scene.object_body)[3:])
 
     @property
     def touched(self) -> bool:
@@ -148,6 +147,7 @@ class Trial:
         snapshot, self.prediction = self._look(self.row, on_table)
         self.row.perceived_mass_kg = self.prediction.grasp.obj.mass_kg
         self.row.perceived_friction = self.prediction.grasp.obj.friction
+        self.row.taxel_threshold = self.settings.taxel_threshold
         return snapshot
 
     def lift_off(self) -> Motion:
@@ -161,14 +161,14 @@ class Trial:
         Raises:
             Diverged: the simulation did.
         """
-        before = self.simulation.data.xpos[self.scene.palm][2]
+        before = self.simulation.pose(self.scene.palm)[2]
         with self.simulation.observed_by(TactileFrames(self._sensor, self.simulation.time)):
             self._risen = moved, _ = rise(self.simulation, self.motion, self._in_hand)
         self._now = None
         seen = TrialRow()
         _, self.lifted_off = self._look(seen, on_table=False)
         row = {name: value for name, value in seen.items() if value is not None}
-        row["rise_mm"] = 1e3 * (self.simulation.data.xpos[self.scene.palm][2] - before)
+        row["rise_mm"] = 1e3 * (self.simulation.pose(self.scene.palm)[2] - before)
         row["on_table"] = self.simulation.on_table()
         now, com = self.simulation.object_in_hand(), self.scene.obj.com_m
         row["displacement_mm"], row["rotation_deg"] = moved_between(self._in_hand, now, com)
@@ -195,7 +195,14 @@ class Trial:
             pose = touched_pose(seen, known, *errors, kinematics, on_table)
             seen = replace(seen, object_pose_hand=pose)
         row.perceived_pose_hand = seen.object_pose_hand
-        prediction = predict(seen, known, self.scene.torque_limit, settings.pads, kinematics)
+        prediction = predict(
+            seen,
+            known,
+            self.scene.torque_limit,
+            settings.pads,
+            kinematics,
+            settings.taxel_threshold,
+        )
         row.update(prediction.values)
         row.update(user_metrics.evaluate_user_metrics(prediction.grasp, settings.metrics))
         row.q_reason = prediction.reason

@@ -9,6 +9,7 @@ import numpy as np
 
 from sdh_sim.cell import Scene
 from sdh_sim.cell.contacts import forces_on_object, taxel_forces
+from sdh_sim.cell.current_poses import CurrentPoses
 from sdh_sim.metrics import Prediction
 from sdh_sim.records import TrialRow
 
@@ -33,6 +34,8 @@ class TrialLog:
         motor_torque: (n, 7) [N m].
         object_height: of the object's frame over its place on the table (n,) [m].
         contact_points: per sample, contacts of the object with the hand (k, 3) [m] in the world.
+            Like forces and torques they are those of the simulation's last step, at its beginning;
+            joints and bodies are at its end.
         contact_forces: per sample, force on the object at those contacts (k, 3) [N].
     """
 
@@ -58,22 +61,26 @@ class LogWriter:
 
     _rows: dict[str, list] = field(default_factory=dict)
     _next: float = 0.0
+    _poses: CurrentPoses | None = None
 
     def after_tick(self, scene: Scene, data: mujoco.MjData, phase: str) -> None:
         """Take a sample when one is due."""
         if data.time < self._next:
             return
         self._next += 1.0 / RATE
+        if self._poses is None:
+            self._poses = CurrentPoses(scene.model)
         points, forces = forces_on_object(scene, data)
+        now = self._poses.of(data)
         values = {
             "time": float(data.time),
             "phase": phase,
             "qpos": data.qpos.copy(),
-            "body_position": data.xpos.copy(),
-            "body_quat": data.xquat.copy(),
+            "body_position": now.xpos.copy(),
+            "body_quat": now.xquat.copy(),
             "tactile": taxel_forces(scene, data),
             "motor_torque": data.actuator_force[scene.motors].copy(),
-            "object_height": float(data.xpos[scene.object_body, 2]),
+            "object_height": float(now.xpos[scene.object_body, 2]),
             "contact_points": points,
             "contact_forces": forces,
         }

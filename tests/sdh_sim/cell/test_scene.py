@@ -161,10 +161,36 @@ def test_friction_of_pads_and_structure_is_the_objects(scenes, name):
     hand = scene.geom_group == HAND_GEOM
     solid = hand & (scene.model.geom_contype > 0)
     assert scene.model.geom_friction[solid, 0] == pytest.approx(np.full(solid.sum(), mu))
-    # MuJoCo takes the larger of two frictions, of equal priority.
-    assert scene.model.geom_friction[scene.table, 0] <= mu
+    assert scene.model.geom_friction[scene.table, 0] == min(0.5, mu)
     obj = (scene.geom_group == OBJECT_GEOM) & (scene.model.geom_contype > 0)
     assert scene.model.geom_friction[obj, 0] == pytest.approx(np.full(obj.sum(), mu))
+
+
+@pytest.mark.parametrize("name", ["box", "cylindrical_bottle"])
+def test_an_object_slides_on_the_table_at_the_tables_friction(scenes, name):
+    # Pushed at its foot with s times its weight it stays below s = 0.5, and beyond gains
+    # (s - 0.5) g, but for its rocking on the soft table; with its own friction of 0.63 or 0.60 it
+    # would stay, or gain a sixth of that.
+    scene = scenes[name]
+    weight = 9.81 * scene.obj.mass_kg
+    for share, expected in ((0.45, 0.0), (0.62, 0.12 * 9.81)):
+        data = mujoco.MjData(scene.model)
+        data.qpos[scene.arm_qpos] = data.ctrl[scene.arm_motors] = sdh_press.ARM_POSTURE
+        free = data.qpos[scene.object_qpos : scene.object_qpos + 7]
+        free[:] = 0.3, 0.3, scene.obj.standing_height, *scene.obj.standing_quat
+        mujoco.mj_step(scene.model, data, 300)
+        speeds = []
+        for _ in range(150):
+            foot = data.xipos[scene.object_body] * (1.0, 1.0, 0.0)
+            push = np.array([0.0, share * weight, 0.0])
+            data.qfrc_applied[:] = 0.0
+            mujoco.mj_applyFT(
+                scene.model, data, push, np.zeros(3), foot, scene.object_body, data.qfrc_applied
+            )
+            mujoco.mj_step(scene.model, data)
+            speeds.append(data.qvel[scene.object_dof + 1])
+        gained = (speeds[-1] - speeds[49]) / (100 * scene.model.opt.timestep)
+        assert gained == pytest.approx(expected, rel=0.08, abs=1e-3)
 
 
 @pytest.mark.parametrize("name", object_names())

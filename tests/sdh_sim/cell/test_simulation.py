@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from sdh_sim import poses
 from sdh_sim.cell import Scene, Simulation, build_scene
 from sdh_sim.errors import Diverged
 from sdh_sim.settings import TrialSettings
@@ -39,6 +40,23 @@ def test_references_go_to_their_new_values_evenly(scene, steps):
     assert len(steps) == simulation.steps == 5
     for k, control in enumerate(steps, start=1):
         assert control == pytest.approx(start + k / 5 * (target - start), abs=1e-15)
+
+
+def test_poses_are_those_of_the_joints_as_they_are(scene):
+    # A falling object: at speed v MuJoCo's own xpos is v dt behind qpos after a step.
+    simulation = Simulation(scene)
+    data, free = simulation.data, slice(scene.object_qpos, scene.object_qpos + 7)
+    data.qpos[free] = 0.3, 0.6, 1.5, 1.0, 0.0, 0.0, 0.0
+    data.qvel[scene.object_dof : scene.object_dof + 6] = 1.0, 0.0, 0.0, 0.0, 0.0, 2.0
+    simulation.tick()
+    before = data.xpos.copy()
+    assert simulation.pose(scene.object_body) == pytest.approx(data.qpos[free], abs=1e-12)
+    behind = data.qpos[scene.object_qpos] - data.xpos[scene.object_body, 0]
+    assert behind == pytest.approx(1.0 * scene.model.opt.timestep, rel=1e-4)
+    palm = simulation.pose(scene.palm)
+    in_hand = poses.relative(palm, data.qpos[free])
+    assert simulation.object_in_hand() == pytest.approx(in_hand, abs=1e-12)
+    assert (data.xpos == before).all()  # the simulation is left as it is
 
 
 def test_references_that_are_not_given_stay(scene, steps):

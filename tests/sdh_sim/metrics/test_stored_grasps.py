@@ -60,6 +60,22 @@ def test_what_the_metrics_saw_counts_not_what_was(table):
     assert obj.mass_kg == row["perceived_mass_kg"] != row["mass_kg"]
 
 
+def test_the_threshold_is_that_of_the_trial(table):
+    _, (row, _) = read_stored([table])
+    assert row["taxel_threshold"] == 0.1
+
+    def taxels(row, **options):
+        grasp = grasp_of(row, "all", HandKinematics(), **options)
+        assert grasp is not None
+        return sum(len(p.contact.patch) for p in grasp.contacts if p.contact.patch is not None)
+
+    lit = sum(int((np.asarray(row[name]) > 0).sum()) for name in row if name.startswith("tactile_"))
+    assert taxels(row) == taxels(row, threshold=0.1) < lit
+    assert taxels(row, threshold=0.0) == taxels({**row, "taxel_threshold": 0.0}) == lit
+    # Before there was one every reading counted.
+    assert taxels({name: value for name, value in row.items() if name != "taxel_threshold"}) == lit
+
+
 def test_distal_pads_are_a_part_of_all(table):
     _, (row, _) = read_stored([table])
     every, distal = (grasp_of(row, pads, HandKinematics()) for pads in ("all", "distal"))

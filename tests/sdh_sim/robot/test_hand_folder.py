@@ -64,7 +64,7 @@ def test_pads_get_taxels_whose_apex_is_on_the_surface(gripper):
                 expected = [0.0, (column - 1.5) * 0.004, (2 - row) * 0.004]
                 assert apex == pytest.approx(expected)
                 assert 2 * 0.004 <= geom.size[0] <= 4 * 0.004
-                assert (geom.contype, geom.conaffinity, geom.priority) == (2, 0, 1)
+                assert (geom.contype, geom.conaffinity, geom.priority) == (2, 0, 2)
         data = mujoco.MjData(model)
         mujoco.mj_kinematics(model, data)
         frame = data.body(pad.body)

@@ -95,7 +95,7 @@ def test_contact_bits_are_those_of_every_hand(model):
     structure = model.geom_group == 3
     assert (taxels.sum(), structure.sum()) == (168, 7)
     assert (model.geom_contype[taxels] == 2).all()
-    assert (model.geom_priority[taxels] == 1).all()
+    assert (model.geom_priority[taxels] == 2).all()
     assert (model.geom_contype[structure] == 4).all()
     assert (model.geom_conaffinity[structure] == 12).all()
     assert not model.geom_contype[~(taxels | structure)].any()

@@ -110,7 +110,7 @@ def test_taxels_meet_objects_only(model):
     ids = np.array(list(taxels(model).values()))
     assert (model.geom_contype[ids] == 2).all()
     assert not model.geom_conaffinity[ids].any()
-    assert (model.geom_priority[ids] == 1).all()
+    assert (model.geom_priority[ids] == 2).all()
     assert (model.geom_condim[ids] == 3).all()
     structure = model.geom_group == 3
     assert (model.geom_contype[structure] == 4).all()

@@ -10,10 +10,17 @@ import pytest
 
 from sdh_sim.objects import ObjectInfo, object_info
 from sdh_sim.robot import HandKinematics
-from sdh_sim.sensing import PadContact, TactileSnapshot, pad_contacts, perceive
+from sdh_sim.sensing import (
+    PadContact,
+    SensorModel,
+    TactileSensor,
+    TactileSnapshot,
+    pad_contacts,
+    perceive,
+)
 from sdh_sim.sensing.perceived_grasp import gravity_task
 from tests.support import sdh2
-from tests.support.sdh2 import torque_limits
+from tests.support.sdh2 import arrays, torque_limits
 
 LIMIT = (1.6401, 1.0934)
 UPRIGHT = np.array([0, 0, 0, 1.0, 0, 0, 0])
@@ -51,6 +58,12 @@ def snapshot(cells: dict, angles=None, object_pose=None, hand_pose=None) -> Tact
 def only(contacts: tuple[PadContact, ...]) -> PadContact:
     assert len(contacts) == 1
     return contacts[0]
+
+
+def taxels(contact: PadContact) -> int:
+    """How many taxels count."""
+    assert contact.contact.patch is not None
+    return len(contact.contact.patch)
 
 
 def test_one_proximal_contact_by_hand(kinematics, obj):
@@ -117,6 +130,40 @@ def test_centre_is_weighted_by_pressure(kinematics, obj):
     again = only(pad_contacts(snapshot(cells), obj, LIMIT, "all", kinematics)).contact
     assert again.position == pytest.approx(contact.position, abs=1e-15)
     assert again.max_torsion == pytest.approx(contact.max_torsion)
+
+
+def test_taxels_far_below_the_largest_of_their_pad_do_not_count(kinematics, obj):
+    # 10, 1.01 and 1 in a row: a tenth of the largest does not count, what exceeds it does. The
+    # other pad has its own largest reading.
+    cells = {("proximal", THUMB, 13, column): v for column, v in ((1, 10.0), (2, 1.01), (3, 1.0))}
+    cells["proximal", FINGER1, 5, 2] = 0.1
+    found = pad_contacts(snapshot(cells), obj, LIMIT, "all", kinematics)
+    assert [(p.pad, taxels(p)) for p in found] == [
+        ("finger1_proximal", 1), ("thumb_proximal", 2),
+    ]  # fmt: skip
+    # Centre at column (10 + 2.02) / 11.01 = 1.09174, y = -1.40826 * 3.4 = -4.78810 mm.
+    assert found[1].contact.position[1] * 1e3 == pytest.approx(-20 - 4.78810, abs=1e-5)
+    every = perceive(snapshot(cells), obj, LIMIT, "all", kinematics, threshold=0.0).contacts
+    assert [taxels(p) for p in every] == [1, 3]
+    strict = perceive(snapshot(cells), obj, LIMIT, "all", kinematics, threshold=0.5).contacts
+    assert [taxels(p) for p in strict] == [1, 1]
+
+
+def test_crosstalk_makes_no_contact(kinematics, obj):
+    # A stamp on 3 by 3 taxels lights 21 in three seconds; only the nine that it touches count.
+    forces = np.zeros(486)
+    rows, columns = np.mgrid[6:9, 1:4]
+    forces[(2 * 84 + rows * 6 + columns).ravel()] = 5.0 / 9
+    sensor = TactileSensor(SensorModel(noise=0.0, gain_spread=0.0), np.random.default_rng(0))
+    for _ in range(90):
+        sensor.frame(forces)
+    proximal, _ = arrays(sensor.read())
+    assert np.count_nonzero(proximal) == 21
+    cells = {("proximal", *at): proximal[at] for at in zip(*np.nonzero(proximal), strict=True)}
+    stamped = snapshot(cells)
+    assert taxels(only(pad_contacts(stamped, obj, LIMIT, "all", kinematics))) == 9
+    every = pad_contacts(stamped, obj, LIMIT, "all", kinematics, threshold=0.0)
+    assert taxels(only(every)) == 21
 
 
 def test_rows_are_weighted_too(kinematics, obj):

@@ -37,7 +37,8 @@ def kinematics() -> HandKinematics:
 def over_palm(height: float) -> tuple[TactileSnapshot, ObjectInfo]:
     """The box over a palm that points up, its lowest face ``height`` over the palm's frame."""
     # The frame of the box is 77.6 mm over its lowest face.
-    pose = np.array([0, 0, height + 0.0776, 1.0, 0, 0, 0])
+    # 8 mm towards the thumb it lies beside the rubber of the fingers' proximal pads.
+    pose = np.array([-0.008, 0, height + 0.0776, 1.0, 0, 0, 0])
     hand = np.array([0, 0, 0.5, 1.0, 0, 0, 0])
     nothing = np.zeros((3, 14, 6)), np.zeros((3, 13, 6))
     return sdh2.snapshot(*nothing, OPEN, np.zeros(7), pose, hand), object_info("box")
@@ -57,7 +58,9 @@ def test_a_box_on_the_palm_touches_it_where_their_faces_meet(kinematics):
     height = first_touch(kinematics) - 1e-5
     snapshot, obj = over_palm(height)
     found = unsensed_contacts(snapshot, obj, kinematics)
-    assert {contact.pad for contact in found} <= {"palm", "finger1_knuckle", "finger2_knuckle"}
+    assert {contact.pad for contact in found} <= {
+        *("palm", "thumb_knuckle", "finger1_knuckle", "finger2_knuckle")
+    }
     assert len(found) >= 2
     for contact in found:
         assert contact.contact.normal == pytest.approx((0, 0, 1), abs=1e-6)
