@@ -46,11 +46,14 @@ class _Load(NamedTuple):
         wrench: force and moment at the centre of mass per unit of load, in weights (6,).
         in_hand: in the axes of the hand; else of the world.
         carried: of the load applied, what gravity does itself.
+        point: of the object, where a force in the axes of the world acts: from the centre of mass
+            in the object's axes (3,) [m]; None: there.
     """
 
     wrench: np.ndarray
     in_hand: bool
     carried: float
+    point: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -67,7 +70,10 @@ class Failure:
 
 
 def gravity_factor(
-    simulation: Simulation, speed: float = 1.0, down: np.ndarray = WORLD_DOWN
+    simulation: Simulation,
+    speed: float = 1.0,
+    down: np.ndarray = WORLD_DOWN,
+    point: np.ndarray | None = None,
 ) -> Failure:
     """Take the table away and let the object's weight grow from nothing until it gives way (q_sim).
 
@@ -78,6 +84,8 @@ def gravity_factor(
         simulation: at rest with the object in the hand, as at the snapshot; left anywhere.
         speed: factor on the rates of the ramps, to show that they do not matter.
         down: direction of the weight in the world (3,), of length 1.
+        point: of the object where the weight acts, to ask for other centres of mass: from the
+            object's own in its axes (3,) [m]; None: there.
 
     Returns:
         load: the factor, 0 when the object moves even without weight.
@@ -87,7 +95,7 @@ def gravity_factor(
     """
     simulation.phase = "load"
     by_gravity = 1.0 if simulation.scene.model.opt.gravity.any() else 0.0
-    load = _Load(np.concatenate((down, np.zeros(3))), False, by_gravity)
+    load = _Load(np.concatenate((down, np.zeros(3))), False, by_gravity, point)
     with simulation.without_table():
         _apply(simulation, load, 0.0)
         before = simulation.object_in_hand()
@@ -183,8 +191,12 @@ def _ramp(
 def _apply(simulation: Simulation, load: _Load, size: float) -> None:
     """Put a load on the object's centre of mass [weights]."""
     data, scene = simulation.data, simulation.scene
-    unit = load.wrench * (scene.obj.mass_kg * GRAVITY * (size - load.carried))
+    weight = scene.obj.mass_kg * GRAVITY
+    unit = load.wrench * (weight * (size - load.carried))
     if load.in_hand:
         hand = simulation.pose(scene.palm)[3:]
         unit = np.concatenate((rotate(hand, unit[:3]), rotate(hand, unit[3:])))
+    if load.point is not None:
+        arm = rotate(data.xquat[scene.object_body], load.point)
+        unit[3:] += np.cross(arm, load.wrench[:3]) * (weight * size)
     data.xfrc_applied[scene.object_body] = unit

@@ -25,7 +25,7 @@ def test_a_grasp_that_does_not_hold_is_left_out():
 
 def test_the_table_has_medians_and_the_worst():
     found = [Creep("box", 100.0, speed, 1.0, 0.5, 1) for speed in (1.0, 2.0, 9.0)]
-    (_, _, held, speed, *_) = [list(c.cells)[0] for c in table_of(found, 1).columns]
+    (_, _, held, speed, *_) = [next(iter(c.cells)) for c in table_of(found, 1).columns]
     assert (held, speed) == ("3", "2.0 (9.0)")
 
 

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from sdh_sim.cell import build_scene
+from sdh_sim.poses import rotate
+from sdh_sim.sensing import GRAVITY
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import Trial, classify, load_test, run_trial
 
@@ -55,6 +57,24 @@ def test_speed_of_the_ramp_does_not_matter(held, q_sim):
         simulation.restore(grasped)
         result = load_test.gravity_factor(simulation, speed)
         assert result.load == pytest.approx(q_sim, rel=0.04)
+
+
+def test_a_weight_elsewhere_turns_the_object_too(held, q_sim):
+    simulation, grasped, _ = held
+    obj, body = simulation.scene.obj, simulation.scene.object_body
+    up, beside = np.array([0.0, 0.05, 0.0]), np.array([0.05, 0.0, 0.0])  # of the upright bottle
+    loads = []
+    for point in (np.zeros(3), up, beside):
+        simulation.restore(grasped)
+        loads.append(load_test.gravity_factor(simulation, point=point).load)
+        weight = obj.mass_kg * GRAVITY * loads[-1]
+        arm = rotate(simulation.data.xquat[body], point)
+        moment = np.cross(arm, (0.0, 0.0, -weight))
+        applied = simulation.data.xfrc_applied[body, 3:]
+        assert applied == pytest.approx(moment, abs=5e-4 * weight)  # it turned on in the last tick
+    assert loads[0] == q_sim
+    assert loads[1] == pytest.approx(q_sim, rel=0.03)  # on the weight's own line
+    assert loads[2] < 0.8 * q_sim
 
 
 def test_the_table_is_back_after_the_load_test(held, q_sim):
