@@ -1,0 +1,1 @@
+"""What a grasp does when the table lets go, predicted from the snapshot."""
