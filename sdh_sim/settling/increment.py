@@ -23,9 +23,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-_ROUNDS = 25
-_CLOSE = 1e-6  # of the forces in balance, as a share of the largest
-_HALVINGS = 4
+_ROUNDS = 12
+_CLOSE = 1e-4  # what is left of the balance, as a share of the largest force
+_AWAY = 5.0  # of Newton's method: beyond that many of the longest motions
+_TRIES, _MORE = 8, 4.0  # with so many times the viscosity each time
 
 
 class Contacts(NamedTuple):
@@ -73,14 +74,14 @@ class Increment(NamedTuple):
         normal: normal forces of the contacts (c,) [N].
         tangential: friction forces on the second bodies (c, 3) [N].
         force: of the springs (r,) [N or N m].
-        cut: the motion was shortened; forces are those at its end, and not in balance.
+        factor: on the viscosity, 1 where none was needed.
     """
 
     motion: np.ndarray
     normal: np.ndarray
     tangential: np.ndarray
     force: np.ndarray
-    cut: bool
+    factor: float
 
 
 def solve_increment(
@@ -90,41 +91,55 @@ def solve_increment(
     viscosity: np.ndarray,
     reach: np.ndarray,
     longest: float = np.inf,
+    factor: float = 1.0,
 ) -> Increment:
     """The motion that brings all forces into balance.
+
+    Where it would be too long, or Newton's method does not find it, it is looked for again with a
+    larger viscosity: the surfaces that were found beforehand are good for short motions alone.
 
     Args:
         contacts, springs: as they are before it.
         load: given generalised forces (n,) [N or N m].
         viscosity: D, diagonal (n,) [N/m or N m/rad].
         reach: length that a unit of each coordinate moves things by, to compare them (n,) [m or 1].
-        longest: the motion is cut where one of its coordinates moves things further [m].
+        longest: no coordinate may move things further [m].
+        factor: on the viscosity, to begin with; never below 1.
     """
+    factor = max(1.0, factor)
+    for _ in range(_TRIES):
+        balance = _Balance(contacts, springs, load, factor * viscosity)
+        z, at, balanced = _newton(balance, load, reach, longest)
+        if balanced and float((np.abs(z) * reach).max()) <= longest:
+            break
+        factor *= _MORE
+    else:
+        z *= min(1.0, longest / max(float((np.abs(z) * reach).max()), 1e-12))
+        at = balance.forces(z)
+    return Increment(z, at.normal, at.tangential, at.force, factor)
+
+
+def _newton(
+    balance: _Balance, load: np.ndarray, reach: np.ndarray, longest: float
+) -> tuple[np.ndarray, _Forces, bool]:
+    """Motion (n,), forces there, and whether they are in balance; given up where it runs away."""
     z = np.zeros(len(load))
-    balance = _Balance(contacts, springs, load, viscosity)
     at = balance.forces(z)
-    rest = at.rest
-    size = _size(rest, reach)
+    size = _size(at.rest, reach)
     scale = max(size, _size(load, reach), 1e-3)
     for _ in range(_ROUNDS):
         if size <= _CLOSE * scale:
+            return z, at, True
+        step = np.linalg.solve(balance.tangent(at), at.rest)
+        new = balance.forces(z + step)
+        if _size(new.rest, reach) > size:
+            step *= 0.5
+            new = balance.forces(z + step)
+        z, at = z + step, new
+        size = _size(at.rest, reach)
+        if float((np.abs(z) * reach).max()) > _AWAY * longest:
             break
-        step = np.linalg.solve(balance.tangent(at), rest)
-        share = 1.0
-        for halving in range(_HALVINGS + 1):
-            new = balance.forces(z + share * step)
-            if _size(new.rest, reach) < size or halving == _HALVINGS:
-                break
-            share *= 0.5
-        z = z + share * step
-        at, rest = new, new.rest
-        size = _size(rest, reach)
-    moved = float((np.abs(z) * reach).max())
-    cut = moved > longest
-    if cut:
-        z *= longest / moved
-        at = balance.forces(z)
-    return Increment(z, at.normal, at.tangential, at.force, cut)
+    return z, at, size <= _CLOSE * scale
 
 
 class _Forces(NamedTuple):

@@ -12,6 +12,7 @@ from sdh_sim.settling.increment import Contacts, Increment, Springs, solve_incre
 
 VISCOSITY = 200.0  # against the motion of an increment [N/m]
 LONGEST = 1e-3  # motion of an increment [m]
+EASE = 4.0  # by so much the viscosity may fall from one increment to the next
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,8 @@ class State:
         normal: normal forces (c,) [N].
         torques: of the motors (k,) [N m or N].
         on_table: the table bears some of the object's weight.
-        moved: greatest motion of a part in the last increment [m].
+        moved: greatest motion of a part in the last increment, times ``factor`` [m].
+        factor: on the viscosity in that increment.
     """
 
     qpos: np.ndarray
@@ -59,6 +61,7 @@ class State:
     torques: np.ndarray
     on_table: bool = False
     moved: float = np.inf
+    factor: float = 1.0
 
 
 class QuasiStatic:
@@ -130,7 +133,7 @@ class QuasiStatic:
         free = np.ones(len(model.of_object), dtype=bool) if load is not None else ~model.of_object
         found = _solve(
             contacts, springs, self._load(load or 0.0), self._viscosity, model.reach, free,
-            self._longest,
+            self._longest, state.factor / EASE,
         )  # fmt: skip
         on_table = (touch.geoms == model.table).any(axis=1) & (found.normal > 0.0)
         motors = len(arms)
@@ -143,7 +146,8 @@ class QuasiStatic:
             normal=found.normal,
             torques=state.torques if load is None else found.force[:motors],
             on_table=bool(on_table.any()),
-            moved=float((np.abs(found.motion) * model.reach).max()),
+            moved=float((np.abs(found.motion) * model.reach).max()) * found.factor,
+            factor=found.factor,
         )
 
     def _touch(self, qpos: np.ndarray) -> Touch:
@@ -212,10 +216,11 @@ def _solve(
     reach: np.ndarray,
     free: np.ndarray,
     longest: float,
+    factor: float,
 ) -> Increment:
     """As ``solve_increment``; coordinates that are not free (n,) do not move."""
     if free.all():
-        return solve_increment(contacts, springs, load, viscosity, reach, longest)
+        return solve_increment(contacts, springs, load, viscosity, reach, longest, factor)
     found = solve_increment(
         contacts._replace(jacobian=np.ascontiguousarray(contacts.jacobian[:, :, free])),
         springs._replace(rows=np.ascontiguousarray(springs.rows[:, free])),
@@ -223,6 +228,7 @@ def _solve(
         viscosity[free],
         reach[free],
         longest,
+        factor,
     )
     motion = np.zeros(len(load))
     motion[free] = found.motion
