@@ -14,19 +14,17 @@ forces, with a small viscosity D that lets what nothing holds move by a finite a
 - a bounded spring pulls along its row r with clip(f₀ - k r·z, lower, upper): a position servo with
   its torque limit, an end stop (lower bound 0), a spring or a coupling (no bounds).
 
-Newton's method with the exact tangent, which friction makes non-symmetric.
+Newton's method (``balance``) with the exact tangent, which friction makes non-symmetric.
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
-_ROUNDS = 12
-_CLOSE = 1e-4  # what is left of the balance, as a share of the largest force
-_AWAY = 5.0  # of Newton's method: beyond that many of the longest motions
-_TRIES, _MORE = 8, 4.0  # with so many times the viscosity each time
+from sdh_sim.settling.balance import balanced_motion
 
 
 class Contacts(NamedTuple):
@@ -90,7 +88,7 @@ def solve_increment(
     load: np.ndarray,
     viscosity: np.ndarray,
     reach: np.ndarray,
-    longest: float = np.inf,
+    longest: float = math.inf,
     factor: float = 1.0,
 ) -> Increment:
     """The motion that brings all forces into balance.
@@ -106,102 +104,6 @@ def solve_increment(
         longest: no coordinate may move things further [m].
         factor: on the viscosity, to begin with; never below 1.
     """
-    factor = max(1.0, factor)
-    for _ in range(_TRIES):
-        balance = _Balance(contacts, springs, load, factor * viscosity)
-        z, at, balanced = _newton(balance, load, reach, longest)
-        if balanced and float((np.abs(z) * reach).max()) <= longest:
-            break
-        factor *= _MORE
-    else:
-        z *= min(1.0, longest / max(float((np.abs(z) * reach).max()), 1e-12))
-        at = balance.forces(z)
-    return Increment(z, at.normal, at.tangential, at.force, factor)
-
-
-def _newton(
-    balance: _Balance, load: np.ndarray, reach: np.ndarray, longest: float
-) -> tuple[np.ndarray, _Forces, bool]:
-    """Motion (n,), forces there, and whether they are in balance; given up where it runs away."""
-    z = np.zeros(len(load))
-    at = balance.forces(z)
-    size = _size(at.rest, reach)
-    scale = max(size, _size(load, reach), 1e-3)
-    for _ in range(_ROUNDS):
-        if size <= _CLOSE * scale:
-            return z, at, True
-        step = np.linalg.solve(balance.tangent(at), at.rest)
-        new = balance.forces(z + step)
-        if _size(new.rest, reach) > size:
-            step *= 0.5
-            new = balance.forces(z + step)
-        z, at = z + step, new
-        size = _size(at.rest, reach)
-        if float((np.abs(z) * reach).max()) > _AWAY * longest:
-            break
-    return z, at, size <= _CLOSE * scale
-
-
-class _Forces(NamedTuple):
-    """Forces at a motion; ``trial`` and ``length`` are those of friction before it is shortened."""
-
-    normal: np.ndarray
-    trial: np.ndarray
-    length: np.ndarray
-    tangential: np.ndarray
-    force: np.ndarray
-    rest: np.ndarray
-
-
-class _Balance:
-    """The balance of one increment, for Newton's method; arguments as ``solve_increment``."""
-
-    def __init__(
-        self, contacts: Contacts, springs: Springs, load: np.ndarray, viscosity: np.ndarray
-    ) -> None:
-        self._c, self._s, self._load, self._d = contacts, springs, load, viscosity
-        self._flat = contacts.jacobian.reshape(-1, len(load))
-        outer = contacts.normal[:, :, None] * contacts.normal[:, None, :]
-        self._outer, self._plane = outer, np.eye(3) - outer
-
-    def forces(self, z: np.ndarray) -> _Forces:
-        """All forces at a motion, and what is left of their balance."""
-        c, s = self._c, self._s
-        moved = (self._flat @ z).reshape(-1, 3)
-        approach = (c.normal * moved).sum(axis=1)
-        normal = c.stiffness * np.maximum(-c.gap - approach, 0.0)
-        trial = c.carried - c.stiffness[:, None] * (moved - approach[:, None] * c.normal)
-        length = np.sqrt((trial * trial).sum(axis=1))
-        limit = c.friction * normal
-        share = np.minimum(1.0, limit / np.maximum(length, 1e-12))
-        tangential = share[:, None] * trial
-        force = np.clip(s.force - s.stiffness * (s.rows @ z), s.lower, s.upper)
-        rest = ((normal[:, None] * c.normal + tangential).reshape(-1) @ self._flat)
-        rest += force @ s.rows + self._load - self._d * z
-        return _Forces(normal, trial, length, tangential, force, rest)
-
-    def tangent(self, at: _Forces) -> np.ndarray:
-        """Minus the derivative of the balance by the motion (n, n)."""
-        c, s = self._c, self._s
-        bearing = at.normal > 0.0
-        limit = c.friction * at.normal
-        slips = at.length > limit
-        along = at.trial / np.maximum(at.length, 1e-12)[:, None]
-        share = np.where(slips, limit / np.maximum(at.length, 1e-12), 1.0)
-        block = share[:, None, None] * self._plane + self._outer
-        turn = np.where(slips, share, 0.0)[:, None] * along
-        block -= turn[:, :, None] * along[:, None, :]
-        drag = np.where(slips, c.friction, 0.0)[:, None] * along
-        block += drag[:, :, None] * c.normal[:, None, :]
-        block *= (np.where(bearing, c.stiffness, 0.0))[:, None, None]
-        stiff = (block @ c.jacobian).reshape(-1, len(self._d))
-        within = (at.force > s.lower) & (at.force < s.upper)
-        rows = s.rows[within]
-        tangent = self._flat.T @ stiff + (rows.T * s.stiffness[within]) @ rows
-        tangent[np.diag_indices(len(self._d))] += self._d
-        return tangent
-
-
-def _size(forces: np.ndarray, reach: np.ndarray) -> float:
-    """Largest of generalised forces, moments over their reach [N]."""
-    return float((np.abs(forces) / reach).max())
+    arrays = (*contacts, *springs, load, viscosity, reach)
+    given = [np.ascontiguousarray(array, dtype=float) for array in arrays]
+    return Increment(*balanced_motion(*given, float(longest), max(1.0, float(factor))))
