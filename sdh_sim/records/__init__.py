@@ -3,7 +3,14 @@
 from sdh_sim.errors import RecordError, one_line
 from sdh_sim.records.column import Column
 from sdh_sim.records.hand_columns import HAND_NAME, JOINTS, TACTILE, HandShape, hand_columns
-from sdh_sim.records.moments import LIFT_OFF, SNAPSHOT, is_moment_column, lift_off_columns
+from sdh_sim.records.moments import (
+    LIFT_OFF,
+    SETTLED,
+    SNAPSHOT,
+    is_moment_column,
+    lift_off_columns,
+    settling_columns,
+)
 from sdh_sim.records.parquet_files import (
     ROW_GROUP,
     columns_of,
@@ -49,6 +56,7 @@ __all__ = [
     "NO_TRUTH",
     "ROW_GROUP",
     "SCHEMA",
+    "SETTLED",
     "SNAPSHOT",
     "TACTILE",
     "TACTILE_UNIT",
@@ -77,6 +85,7 @@ __all__ = [
     "read_table",
     "readable",
     "schema_of",
+    "settling_columns",
     "stack",
     "table_of",
     "threshold_in",

@@ -1,8 +1,8 @@
 """Newton's method for the balance of one increment, compiled.
 
-The equations are those of ``increment``, whose ``solve_increment`` calls this. c contacts, r bounded
-springs, n coordinates. Plain loops: with some fifty contacts and a dozen coordinates the time goes
-into calls, not arithmetic.
+The equations are those of ``increment``, whose ``solve_increment`` calls this: c contacts, r
+bounded springs, n coordinates. Plain loops, since with some fifty contacts and a dozen coordinates
+NumPy spends its time in calls.
 """
 
 from __future__ import annotations
@@ -192,7 +192,8 @@ def balanced_motion(
         if size <= CLOSE * scale and moved <= longest:
             break
         if attempt == TRIES:  # what was found is shortened
-            z *= min(1.0, longest / max(moved, 1e-12))
+            z *= min(1.0, longest / max(moved, 1e-12)) if np.isfinite(z).all() else 0.0
+            z[:] = np.where(np.isfinite(z), z, 0.0)
             forces_at(
                 z, jacobian, normal, gap, stiffness, friction, carried, rows, pull, spring, lower,
                 upper, load, drag, pressed, trial, length, rubbed, pulled, rest,

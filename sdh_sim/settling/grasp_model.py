@@ -250,9 +250,7 @@ def _spring(
     row: np.ndarray, stretch: float, stiffness: float, lower: float, upper: float
 ) -> Springs:
     one = np.ones(1)
-    return Springs(
-        row[None], -stiffness * stretch * one, stiffness * one, lower * one, upper * one
-    )
+    return Springs(row[None], -stiffness * stretch * one, stiffness * one, lower * one, upper * one)
 
 
 @lru_cache(maxsize=16)

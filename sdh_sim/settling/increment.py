@@ -1,4 +1,4 @@
-"""One increment of a quasi-static motion: unilateral springs with dry friction, and bounded springs.
+"""One increment of a quasi-static motion: contacts with dry friction, and bounded springs.
 
 The unknown is the motion z (n,) of all coordinates within the increment. Balance of generalised
 forces, with a small viscosity D that lets what nothing holds move by a finite amount:

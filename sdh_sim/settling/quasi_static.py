@@ -116,10 +116,8 @@ class QuasiStatic:
         model, laws = self.model, self.laws
         model.look(state.qpos)
         arms, lengths = model.moment_arms()
-        if load is None:
-            force = state.torques
-        else:
-            force = model.stiffness * (state.references - lengths)
+        asked = model.stiffness * (state.references - lengths)
+        force = state.torques if load is None else asked
         hand = model.mechanism()
         touch = self._touch(state.qpos)
         springs = Springs(

@@ -43,7 +43,6 @@ STEP = 0.5e-3  # of the table per increment [m]
 GRIP_STEPS, LIFT_STEPS = 20, 120  # increments at most
 GRIPPED, STILL = 2e-5, 1e-5  # at rest: no increment moves anything as far [m]
 QUIET = 3  # increments at rest that end a step
-GONE = (20.0, 20.0)  # motion in the hand beyond which an object is not followed [mm, deg]
 WEIGHT_STEPS = 10  # increments in which the weight grows where there is no table
 
 
@@ -72,6 +71,10 @@ class Allowed(NamedTuple):
     def exceeded_by(self, motion: tuple[float, float]) -> bool:
         """Whether a motion [mm, deg] goes further, in either way."""
         return motion[0] > self.displacement_mm or motion[1] > self.rotation_deg
+
+
+ALLOWED = Allowed()
+GONE = Allowed(20.0, 20.0)  # beyond that an object is not followed
 
 
 @dataclass(frozen=True)
@@ -162,7 +165,7 @@ class Process:
             still = still + 1 if state.moved < STILL and not state.on_table else 0
             if still >= QUIET:
                 return state, True
-            if GONE_LIMIT.exceeded_by(self.motion(state)):
+            if GONE.exceeded_by(self.motion(state)):
                 break
         return state, False
 
@@ -176,7 +179,7 @@ class Process:
             still = still + 1 if state.moved < STILL and share == 1.0 else 0
             if still >= QUIET:
                 return state, True
-            if GONE_LIMIT.exceeded_by(self.motion(state)):
+            if GONE.exceeded_by(self.motion(state)):
                 break
         return state, False
 
@@ -214,9 +217,6 @@ class Process:
         )
 
 
-GONE_LIMIT = Allowed(*GONE)
-
-
 def weight_directions(snapshot: TactileSnapshot) -> list[np.ndarray]:
     """Directions of the weight in the palm frame, (3,) each, as the snapshot has them."""
     if snapshot.gravity:
@@ -229,7 +229,7 @@ def settle(
     grasp: PerceivedGrasp,
     kinematics: HandKinematics,
     rubber: Rubber,
-    allowed: Allowed = Allowed(),
+    allowed: Allowed = ALLOWED,
     down: np.ndarray | None = None,
     step: float = STEP,
     frozen: bool = False,
