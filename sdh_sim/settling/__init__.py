@@ -1,7 +1,7 @@
 """What a grasp does when the table lets go, predicted from the snapshot, quasi-statically."""
 
 from sdh_sim.settling.load_ramp import CAP, Ramp, load_ramp
-from sdh_sim.settling.settle import Allowed, Process, Rubber, Settling, settle, weight_directions
+from sdh_sim.settling.process import Allowed, Process, Rubber, Settling, settle, weight_directions
 from sdh_sim.settling.settled_grasp import Settled, settle_grasp
 
 __all__ = [

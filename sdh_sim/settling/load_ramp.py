@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from sdh_sim.settling.process import Allowed, Process
 from sdh_sim.settling.quasi_static import State
-from sdh_sim.settling.settle import Allowed, Process
 
 CAP = 20.0  # loads beyond this many weights are not looked for
 COARSE, FINE = 0.15, 0.02  # growth of the load per increment, as a share of it (of 1 below 1)

@@ -10,8 +10,7 @@ import numpy as np
 from sdh_sim.robot import HandKinematics
 from sdh_sim.sensing import PerceivedGrasp, perceive
 from sdh_sim.settling.load_ramp import Ramp, load_ramp
-from sdh_sim.settling.quasi_static import State
-from sdh_sim.settling.settle import (
+from sdh_sim.settling.process import (
     Allowed,
     Process,
     Rubber,
@@ -19,6 +18,7 @@ from sdh_sim.settling.settle import (
     settle,
     weight_directions,
 )
+from sdh_sim.settling.quasi_static import State
 
 
 @dataclass(frozen=True)
