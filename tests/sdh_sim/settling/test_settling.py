@@ -188,6 +188,7 @@ def test_a_jaw_whose_fingers_share_a_motor_settles_too():
     found = trial.settle()
     now = released(trial.simulation, 0.5)
     before = trial.row.object_pose_hand
+    assert before is not None
     moved, turned = moved_between(before, now, trial.scene.obj.com_m)
     assert found.held
     assert found.displacement_mm == pytest.approx(moved, abs=0.1)
