@@ -30,8 +30,8 @@ def test_a_hand_from_a_folder_settles_as_in_the_simulation(
     model,
     differ_mm,
     differ_deg,
-    post,
-    tmp_path,  # noqa: F811
+    post,  # noqa: F811
+    tmp_path,
 ):
     hand = read_hand_folder(write_hand(tmp_path / "gripper", model=model))
     trial = grasped(held_by(hand, post))
