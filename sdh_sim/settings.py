@@ -212,6 +212,13 @@ class TrialSettings:
             span=(0.0, 0.5),
         ),
     )
+    touch: bool = field(
+        default=False,
+        metadata=setting(
+            "Correct the tracked pose by touch before any metric sees it; needs --position-error "
+            "and --angle-error, what the tracker is known to be off by.",
+        ),
+    )
     folder: ObjectFolder | None = field(
         default=None,
         metadata=setting(
@@ -267,6 +274,12 @@ class TrialSettings:
             raise SettingsError(f"hand_folder: got {self.hand_folder!r:.80}; expected a HandFolder")
         self._check_grasps()
         check_metrics(self.metrics)
+        if self.touch and not (self.position_error > 0.0 and self.angle_error > 0.0):
+            raise SettingsError(
+                f"touch: got {self.touch!r} with position_error {self.position_error:g} and "
+                f"angle_error {self.angle_error:g}; a pose that is exact needs no correction: give "
+                "both errors above 0"
+            )
         if self.support == "table" and self.gravity != "-z":
             raise SettingsError(
                 f"gravity: got {self.gravity!r}; on the table the weight acts downward, set "

@@ -38,10 +38,12 @@ from experiments.success_prediction.metric_scores import (
 )
 from experiments.success_prediction.published import DERIVED, GRASPS, REFERENCE
 from sdh_sim.analysis import comparison as compare
+from sdh_sim.analysis.moments import MOMENT_COLUMNS
 from sdh_sim.analysis.study import Study, study_of
 from sdh_sim.analysis.trial_tables import SURPLUS
 from sdh_sim.errors import RecordError, RunError, SettingsError
 from sdh_sim.metrics import read_stored
+from sdh_sim.records import columns_of, read_table
 from sdh_sim.report import write_report
 from sdh_sim.report.data_tables import write_table
 from sdh_sim.report.page import Paragraph, Section, Table
@@ -68,15 +70,20 @@ def main(argv: Sequence[str] | None = None) -> None:
     variants = grid(args.full)
     in_parallel = functools.partial(run_all, title="metrics", workers=args.workers)
     try:
-        folders = {}
+        folders, pads = {}, set()
         for run in args.runs:
             if (run / "run.json").exists():
-                folders |= RunFolder(run).read_plan().folders
+                plan = RunFolder(run).read_plan()
+                folders |= plan.folders
+                pads.add(plan.settings.pads)
         values = evaluated(rows, variants, in_parallel, folders)
     except (SettingsError, RunError) as error:
         fail(str(error))
     table = _with_column(table, "unsensed_contact", pa.array(unseen))
-    study = study_of(with_pads(table, values, args.pads), tuple(REPORTED))
+    compared_table = with_pads(table, values, args.pads)
+    if pads == {args.pads}:  # the metrics at lift-off are those of the run's own pads
+        compared_table = with_lift_off(compared_table, tables)
+    study = study_of(compared_table, tuple(REPORTED))
     results = assess(table, [*wrench_candidates(values), *plain_candidates(rows, table)])
     folder = args.out or args.runs[0] / FOLDER
     names = ", ".join(run.resolve().name for run in args.runs)
@@ -155,6 +162,15 @@ def with_pads(table: pa.Table, values: dict[Variant, np.ndarray], pads: str) -> 
     for name, variant in REPORTED.items():
         scores = values[replace(variant, pads=pads)]
         table = _with_column(table, name, pa.array(scores, from_pandas=True))
+    return table
+
+
+def with_lift_off(table: pa.Table, paths: Sequence[Path]) -> pa.Table:
+    """The table with the task scalings at lift-off, where all of its files have them."""
+    names = columns_of(paths, MOMENT_COLUMNS)
+    parts = [read_table(path, names) for path in paths] if names else []
+    for name in names:
+        table = _with_column(table, name, pa.concat_tables(parts).column(name))
     return table
 
 

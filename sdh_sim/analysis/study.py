@@ -125,6 +125,11 @@ class Study:
         return self.groups[-1]
 
     @property
+    def scalings(self) -> list[str]:
+        """The metrics with the decision boundary 1: the task scalings."""
+        return [m for m in self.metrics if m.startswith("q_")]
+
+    @property
     def comparisons(self) -> list[Comparison]:
         """Every comparison, group by group."""
         return [self.findings[g, m].comparison for g in self.groups for m in self.metrics]

@@ -3,14 +3,6 @@
 from sdh_sim.errors import RecordError, one_line
 from sdh_sim.records.column import Column
 from sdh_sim.records.hand_columns import HAND_NAME, JOINTS, TACTILE, HandShape, hand_columns
-from sdh_sim.records.moments import (
-    LIFT_OFF,
-    SETTLED,
-    SNAPSHOT,
-    is_moment_column,
-    lift_off_columns,
-    settling_columns,
-)
 from sdh_sim.records.parquet_files import (
     ROW_GROUP,
     columns_of,
@@ -31,7 +23,19 @@ from sdh_sim.records.rows import (
     to_rows,
     to_table,
 )
-from sdh_sim.records.schema import FORMAT, SCHEMA, all_columns, column_named, columns_in, schema_of
+from sdh_sim.records.schema import (
+    FORMAT,
+    LIFT_OFF,
+    SCHEMA,
+    SNAPSHOT,
+    all_columns,
+    column_named,
+    columns_in,
+    is_moment_column,
+    lift_off_columns,
+    schema_of,
+)
+from sdh_sim.records.settling_columns import SETTLED, settling_columns
 from sdh_sim.records.trial_row import COLUMNS, FAILURES, NO_TRUTH, TACTILE_UNIT, TrialRow
 from sdh_sim.records.user_columns import (
     METRIC,

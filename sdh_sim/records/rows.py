@@ -11,8 +11,13 @@ import pyarrow as pa
 from sdh_sim.errors import RecordError, one_line
 from sdh_sim.records.column import Column
 from sdh_sim.records.hand_columns import as_in, is_hand_column
-from sdh_sim.records.moments import is_moment_column
-from sdh_sim.records.schema import all_columns, column_named, columns_in, schema_of
+from sdh_sim.records.schema import (
+    all_columns,
+    column_named,
+    columns_in,
+    is_moment_column,
+    schema_of,
+)
 from sdh_sim.records.trial_row import COLUMNS, FAILURES, TrialRow
 from sdh_sim.records.user_columns import is_added
 

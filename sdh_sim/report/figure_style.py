@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import io
 import zlib
+from collections.abc import Iterable
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
 import matplotlib
+import numpy as np
 from matplotlib import colors
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -96,6 +98,21 @@ def panels(
     figure = Figure(figsize=(width, height), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False, sharex=sharex, sharey=sharey)
     return figure, list(axes.flat)
+
+
+def columns_for(count: int) -> int:
+    """How many of ``count`` panels stand side by side."""
+    return 2 if count <= 4 else 3
+
+
+def ceiling(values: Iterable[np.ndarray], least: float) -> float:
+    """Upper limit of an axis: a little above the 99.5 % quantile, and at least ``least``.
+
+    So a few huge values do not compress the others; they are drawn at the limit, as in the paper.
+    """
+    every = np.concatenate([np.asarray(v, dtype=float) for v in values])
+    every = every[np.isfinite(every)]
+    return max(least, 1.15 * float(np.percentile(every, 99.5)) if len(every) else least)
 
 
 def letter(axes: Axes, position: int, text: str) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -23,32 +23,12 @@ RATES = (("accuracy", 1.0), ("tpr", 0.6), ("tnr", 0.25))
 _RATE_TEXTS = {"accuracy": "accuracy", "tpr": "true positive rate", "tnr": "true negative rate"}
 
 
-def shown(study: Study) -> list[str]:
-    """The metrics with the decision boundary 1: the task scalings."""
-    return [m for m in study.metrics if m.startswith("q_")]
-
-
-def columns_for(count: int) -> int:
-    """How many of ``count`` panels stand side by side."""
-    return 2 if count <= 4 else 3
-
-
-def ceiling(values: Iterable[np.ndarray], least: float) -> float:
-    """Upper limit of an axis: a little above the 99.5 % quantile, and at least ``least``.
-
-    So a few huge values do not compress the others; they are drawn at the limit, as in the paper.
-    """
-    every = np.concatenate([np.asarray(v, dtype=float) for v in values])
-    every = every[np.isfinite(every)]
-    return max(least, 1.15 * float(np.percentile(every, 99.5)) if len(every) else least)
-
-
 def boxes(study: Study) -> Figure:
     """Figure 7: distribution of q* per object for grasps that held and that did not."""
-    metrics = shown(study)
-    columns = columns_for(len(metrics))
+    metrics = study.scalings
+    columns = fs.columns_for(len(metrics))
     rows = -(-len(metrics) // columns)
-    top = ceiling([study.findings[study.main, m].scored.scores for m in metrics], 3.0)
+    top = fs.ceiling([study.findings[study.main, m].scored.scores for m in metrics], 3.0)
     figure, axes = fs.panels(columns, 2.9 * rows, rows, sharey=True)
     objects = _objects(study)
     for position, (ax, metric) in enumerate(zip(axes, metrics, strict=False)):

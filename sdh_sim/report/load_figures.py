@@ -13,7 +13,6 @@ from sdh_sim.analysis.comparison import METRICS
 from sdh_sim.analysis.load_agreement import load_ratios
 from sdh_sim.analysis.study import EVERY, Study
 from sdh_sim.report import figure_style as fs
-from sdh_sim.report.figures import ceiling, columns_for, shown
 
 _DOT: dict[str, Any] = {
     "linestyle": "", "marker": "o", "markersize": 3.6, "markeredgewidth": 0.8
@@ -63,12 +62,12 @@ def calibration(study: Study) -> Figure:
 
 def load_scatter(study: Study) -> Figure:
     """q* against q_sim, one dot a trial; ρ is the rank correlation."""
-    metrics = [m for m in shown(study) if m in study.load]
-    columns = columns_for(len(metrics))
+    metrics = [m for m in study.scalings if m in study.load]
+    columns = fs.columns_for(len(metrics))
     rows = -(-len(metrics) // columns)
     figure, axes = fs.panels(columns, (1.2 + 5.4 / columns) * rows, rows, sharex=True, sharey=True)
     largest = max(np.max(values.q_sim, initial=1.0) for values in study.load.values())
-    limit = ceiling([study.load[metric].q for metric in metrics], 1.15 * float(largest))
+    limit = fs.ceiling([study.load[metric].q for metric in metrics], 1.15 * float(largest))
     for position, (ax, metric) in enumerate(zip(axes, metrics, strict=False)):
         q, q_sim, capped, unsensed = study.load[metric]
         q = np.clip(q, 0.0, 0.97 * limit)  # what lies beyond is drawn at the edge
@@ -111,7 +110,7 @@ def load_scatter(study: Study) -> Figure:
 
 def load_ratio(study: Study) -> Figure:
     """Distribution of q*/q_sim for each bound; 0 and infinity stand at the edges."""
-    metrics = [m for m in shown(study) if m in study.load]
+    metrics = [m for m in study.scalings if m in study.load]
     figure, (ax,) = fs.panels(1, 0.6 + 0.55 * len(metrics), width=5.6)
     samples = []
     for metric in metrics:

@@ -6,6 +6,7 @@ from sdh_sim.sensing.perceived_grasp import GRAVITY, PerceivedGrasp, perceive
 from sdh_sim.sensing.snapshot import TactileSnapshot
 from sdh_sim.sensing.tactile_frames import TactileFrames, take_snapshot
 from sdh_sim.sensing.tactile_sensor import SensorModel, TactileSensor
+from sdh_sim.sensing.touched_pose import touched_pose
 from sdh_sim.sensing.tracking_error import add_tracking_error
 from sdh_sim.sensing.unsensed_contacts import unsensed_contacts
 from sdh_sim.sensing.weight_directions import directions_of, unit_vector
@@ -23,6 +24,7 @@ __all__ = [
     "pad_contacts",
     "perceive",
     "take_snapshot",
+    "touched_pose",
     "unit_vector",
     "unsensed_contacts",
 ]

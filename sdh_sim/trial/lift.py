@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
 
 import numpy as np
@@ -43,18 +42,22 @@ def rise(simulation: Simulation, motion: MotionPlan, before: np.ndarray) -> tupl
 
 
 def _rising(simulation: Simulation, motion: MotionPlan, risen: list[float]) -> Iterator[np.ndarray]:
-    """References of the arm; ``risen`` receives the share of the path that is behind."""
+    """References of the arm; ``risen`` receives the share of the path that is behind.
+
+    An object that sinks back to the table while the hand rests is raised further.
+    """
     simulation.phase = "lift-off"
-    tick, touched = simulation.tick_time, 0
-    for k in itertools.count(1):
-        risen[0] = min(k * tick * RISE_SPEED, LARGEST_RISE) / LIFT_HEIGHT
-        yield at(motion.lift, risen[0])
-        if simulation.on_table():
-            touched = k
-        if (k - touched) * tick >= OFF_FOR or risen[0] * LIFT_HEIGHT >= LARGEST_RISE:
-            break
-    for _ in range(round(REST / tick)):
-        yield at(motion.lift, risen[0])
+    step, largest = simulation.tick_time * RISE_SPEED / LIFT_HEIGHT, LARGEST_RISE / LIFT_HEIGHT
+    while risen[0] < largest:
+        free = 0
+        while risen[0] < largest and free * simulation.tick_time < OFF_FOR:
+            risen[0] = min(risen[0] + step, largest)
+            yield at(motion.lift, risen[0])
+            free = 0 if simulation.on_table() else free + 1
+        for _ in range(round(REST / simulation.tick_time)):
+            yield at(motion.lift, risen[0])
+        if not simulation.on_table():
+            return
 
 
 def lift(

@@ -52,13 +52,15 @@ def gave_way(
     return moved > limit_mm or turned > limit_deg
 
 
-def watch(simulation: Simulation, before: np.ndarray, references: Iterable[np.ndarray]) -> Motion:
+def watch(
+    simulation: Simulation, before: np.ndarray, references: Iterable[np.ndarray | None]
+) -> Motion:
     """Follow references of the arm tick by tick, and watch the object in the hand.
 
     Args:
         simulation: with the object in the hand.
         before: pose of the object in the hand that motion is counted from (7,).
-        references: of the arm's joints (6,) [rad], one a tick.
+        references: of the arm's joints (6,) [rad], one a tick; None keeps them.
 
     Raises:
         Diverged: the simulation did.

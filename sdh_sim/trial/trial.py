@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
@@ -29,6 +30,7 @@ from sdh_sim.sensing import (
     add_tracking_error,
     directions_of,
     take_snapshot,
+    touched_pose,
     unit_vector,
 )
 from sdh_sim.sensing.tactile_sensor import PRESETS
@@ -66,6 +68,7 @@ class Trial:
         simulation: the scene in motion.
         row: what is known so far.
         prediction: what the metrics say; None before the snapshot.
+        lifted_off: the same at lift-off; None before that.
         diverged: state after the step in which the simulation diverged, by name; else None.
 
     Raises:
@@ -98,6 +101,7 @@ class Trial:
         self._found = found
         self.simulation = Simulation(self.scene, observers)
         self.prediction: Prediction | None = None
+        self.lifted_off: Prediction | None = None
         self.diverged: dict[str, np.ndarray] | None = None
         self.row = TrialRow(object=settings.object, seed=seed)
         self._sensor = TactileSensor(PRESETS[settings.sensor], self._rng(_SENSOR), self.scene.hand)
@@ -142,7 +146,8 @@ class Trial:
 
     def snapshot(self) -> TactileSnapshot:
         """What the hand senses after ``acquire``, and what the metrics say of it."""
-        snapshot, self.prediction = self._look(self.row)
+        on_table = self.settings.support == "table"
+        snapshot, self.prediction = self._look(self.row, on_table)
         self.row.perceived_mass_kg = self.prediction.grasp.obj.mass_kg
         self.row.perceived_friction = self.prediction.grasp.obj.friction
         return snapshot
@@ -174,7 +179,7 @@ class Trial:
             self._risen = moved, _ = rise(self.simulation, self.motion, self._in_hand)
         self._now = None
         seen = TrialRow()
-        self._look(seen)
+        _, self.lifted_off = self._look(seen, on_table=False)
         row = {name: value for name, value in seen.items() if value is not None}
         row["rise_mm"] = 1e3 * (self.simulation.data.xpos[self.scene.palm][2] - before)
         row["on_table"] = self.simulation.on_table()
@@ -183,7 +188,7 @@ class Trial:
         self.row.update({LIFT_OFF + name: value for name, value in row.items()})
         return moved
 
-    def _look(self, row: TrialRow) -> tuple[TactileSnapshot, Prediction]:
+    def _look(self, row: TrialRow, on_table: bool) -> tuple[TactileSnapshot, Prediction]:
         """What the hand senses now and what the metrics say of it, also put into a row."""
         snapshot, settings = take_snapshot(self.simulation, self._sensor), self.settings
         for kind, readings in snapshot.tactile.items():
@@ -197,10 +202,13 @@ class Trial:
         row.sensed_force_n, row.unsensed_force_n = self.simulation.hand_force()
         row.unsensed_contact = row.unsensed_force_n > 0.0
         seen, known = add_tracking_error(snapshot, self.scene.obj, settings, self._rng(_TRACKING))
+        kinematics = hand_kinematics(self.scene.hand)
+        if settings.touch:
+            errors = settings.position_error, settings.angle_error
+            pose = touched_pose(seen, known, *errors, kinematics, on_table)
+            seen = replace(seen, object_pose_hand=pose)
         row.perceived_pose_hand = seen.object_pose_hand
-        prediction = predict(
-            seen, known, self.scene.torque_limit, settings.pads, hand_kinematics(self.scene.hand)
-        )
+        prediction = predict(seen, known, self.scene.torque_limit, settings.pads, kinematics)
         row.update(prediction.values)
         row.update(user_metrics.evaluate_user_metrics(prediction.grasp, settings.metrics))
         row.q_reason = prediction.reason

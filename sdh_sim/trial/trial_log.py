@@ -23,6 +23,7 @@ class TrialLog:
         scene: the compiled scene.
         row: the trial's row of the table.
         prediction: contacts and q*, None when the trial ended before the snapshot.
+        lifted_off: the same at lift-off, None where no snapshot was taken then.
         time: (n,) [s].
         phase: name of the phase of every sample.
         qpos: generalised positions (n, nq).
@@ -38,6 +39,7 @@ class TrialLog:
     scene: Scene
     row: TrialRow
     prediction: Prediction | None
+    lifted_off: Prediction | None
     time: np.ndarray
     phase: tuple[str, ...]
     qpos: np.ndarray
@@ -78,7 +80,13 @@ class LogWriter:
         for key, value in values.items():
             self._rows.setdefault(key, []).append(value)
 
-    def finish(self, scene: Scene, row: TrialRow, prediction: Prediction | None) -> TrialLog:
+    def finish(
+        self,
+        scene: Scene,
+        row: TrialRow,
+        prediction: Prediction | None,
+        lifted_off: Prediction | None = None,
+    ) -> TrialLog:
         """The log so far."""
         rows = self._rows
         height = np.array(rows["object_height"])
@@ -86,6 +94,7 @@ class LogWriter:
             scene=scene,
             row=row,
             prediction=prediction,
+            lifted_off=lifted_off,
             time=np.array(rows["time"]),
             phase=tuple(rows["phase"]),
             qpos=np.array(rows["qpos"]),

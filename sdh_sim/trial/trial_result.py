@@ -61,6 +61,6 @@ def run_trial(
         row.success_low, row.success_high = share.interval or (None, None)
     record = None
     if writer is not None and trial.infeasible is None:
-        record = writer.finish(trial.scene, row, trial.prediction)
+        record = writer.finish(trial.scene, row, trial.prediction, trial.lifted_off)
     seconds = time.perf_counter() - begin
     return TrialResult(row, record, trial.simulation.time, seconds, trial.diverged)

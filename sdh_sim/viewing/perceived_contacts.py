@@ -17,6 +17,7 @@ from sdh_sim.sensing import PadContact, PerceivedGrasp
 from sdh_sim.viewing.style import LIMIT_SCALE
 from sdh_sim.viewing.wrench_space import weight_of
 
+CONTACT_ENTITIES = ("friction_cones", "predicted_contacts", "least_effort_forces")
 CONE_HEIGHT = 0.02  # [m]
 CONE_COLOR = (30, 110, 255, 90)
 CONTACT_COLOR, LEAST_COLOR = (30, 110, 255), (240, 190, 30)

@@ -7,7 +7,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +16,16 @@ import rerun as rr
 
 from sdh_sim.atomic_files import write_atomic
 from sdh_sim.errors import RunError
+from sdh_sim.metrics import Prediction
 from sdh_sim.robot import HAND
 from sdh_sim.trial import TrialLog
 from sdh_sim.viewing.geometry import body_path, log_geometry
 from sdh_sim.viewing.layout import blueprint
-from sdh_sim.viewing.perceived_contacts import least_effort_forces, log_contacts
+from sdh_sim.viewing.perceived_contacts import (
+    CONTACT_ENTITIES,
+    least_effort_forces,
+    log_contacts,
+)
 from sdh_sim.viewing.style import (
     FORCE_SCALE,
     FULL_SCALE,
@@ -28,6 +33,7 @@ from sdh_sim.viewing.style import (
     LIMIT_SCALE,
     MOTOR_COLORS,
     TIMELINE,
+    WRENCH_SPACE,
     heat_colors,
 )
 from sdh_sim.viewing.verdict_text import verdict_markdown
@@ -37,6 +43,7 @@ APPLICATION = "sdh-sim"
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET")
 VIEWER_TIMEOUT = 30.0  # for a viewer to receive a trial's data [s]
 FORCE_COLOR = (230, 40, 60)
+RISING = ("lift-off", "lift")  # phases that begin at the first snapshot
 
 
 def write_recording(log: TrialLog, path: Path) -> None:
@@ -141,11 +148,9 @@ def log_trial(stream: rr.RecordingStream, log: TrialLog) -> None:
     _log_tactile(stream, log)
     _log_forces(stream, log)
     least = None if log.prediction is None else least_effort_forces(log.prediction.grasp)
-    if log.prediction is not None and log.prediction.contacts:
-        _set_to_snapshot(stream, log)
-        body = body_path(log.scene.model, log.scene.object_body)
-        log_contacts(stream, body, log.prediction.contacts, least, log.scene.obj.com_m)
-        log_wrench_space(stream, log.prediction)
+    for prediction, phases in ((log.prediction, RISING), (log.lifted_off, ("lift",))):
+        if prediction is not None:
+            _log_prediction(stream, log, prediction, phases)
     _log_series(stream, log)
     _log_phases(stream, log)
     text = rr.TextDocument(verdict_markdown(log, least), media_type="text/markdown")
@@ -228,10 +233,20 @@ def _log_forces(stream: rr.RecordingStream, log: TrialLog) -> None:
     stream.send_columns(path, [_times(log)], columns.partition(lengths))
 
 
-def _set_to_snapshot(stream: rr.RecordingStream, log: TrialLog) -> None:
-    """Set the stream's time to that of the snapshot, where the lift begins."""
-    lift = next((k for k, name in enumerate(log.phase) if name == "lift"), len(log.time) - 1)
-    stream.set_time(TIMELINE, duration=float(log.time[lift]))
+def _log_prediction(
+    stream: rr.RecordingStream, log: TrialLog, prediction: Prediction, phases: Sequence[str]
+) -> None:
+    """Contacts and wrench space of a snapshot, where the first of the phases after it begins."""
+    after = (k for k, name in enumerate(log.phase) if name in phases)
+    stream.set_time(TIMELINE, duration=float(log.time[next(after, len(log.time) - 1)]))
+    body = body_path(log.scene.model, log.scene.object_body)
+    if prediction is log.lifted_off:  # what the first snapshot showed is over
+        for path in (*(f"{body}/{name}" for name in CONTACT_ENTITIES), WRENCH_SPACE):
+            stream.log(path, rr.Clear(recursive=True))
+    if prediction.contacts:
+        least = least_effort_forces(prediction.grasp)
+        log_contacts(stream, body, prediction.contacts, least, log.scene.obj.com_m)
+        log_wrench_space(stream, prediction)
 
 
 def _log_series(stream: rr.RecordingStream, log: TrialLog) -> None:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 import graspq as gq
-from sdh_sim.records import TrialRow
+from sdh_sim.records import LIFT_OFF, TrialRow
 from sdh_sim.trial import TrialLog
 from sdh_sim.viewing.style import FORCE_SCALE, LIMIT_SCALE
 
@@ -41,6 +41,7 @@ def verdict_markdown(log: TrialLog, least: gq.ContactForces | None) -> str:
                                f"{_number(row['rotation_deg'], '°')}"),
         ("q* L∞, q* L1", f"{_number(row.get('q_linf'))}, {_number(row.get('q_l1'))}"
                          + (f" ({row['q_reason']})" if row.get("q_reason") else "")),
+        *_lift_off(row),
         ("contacts, g*", contacts),
         ("forces of least effort for the weight", forces),
         ("torque limit", ", ".join(
@@ -61,6 +62,17 @@ def verdict_markdown(log: TrialLog, least: gq.ContactForces | None) -> str:
         "the weight (red).",
     ]
     return "\n".join(lines)
+
+
+def _lift_off(row: TrialRow) -> list[tuple[str, str]]:
+    """What the second snapshot says, where there is one."""
+    if LIFT_OFF + "rise_mm" not in row:
+        return []
+    q = [_number(row.get(f"{LIFT_OFF}{name}")) for name in ("q_linf", "q_l1")]
+    where = "still on the table" if row[LIFT_OFF + "on_table"] else "off the table"
+    moved = _number(row[LIFT_OFF + "displacement_mm"], "mm")
+    text = f"{', '.join(q)}; {where}, {moved} in the hand, "
+    return [("q* L∞, q* L1 at lift-off", f"{text}{row[LIFT_OFF + 'rise_mm']:.1f} mm up")]
 
 
 def _plan(row: TrialRow) -> str:
