@@ -34,8 +34,9 @@ from sdh_sim.records.schema import (
     is_moment_column,
     lift_off_columns,
     schema_of,
+    settling_columns,
 )
-from sdh_sim.records.settling_columns import SETTLED, settling_columns
+from sdh_sim.records.settling_columns import SETTLED
 from sdh_sim.records.trial_row import COLUMNS, FAILURES, NO_TRUTH, TACTILE_UNIT, TrialRow
 from sdh_sim.records.user_columns import (
     METRIC,

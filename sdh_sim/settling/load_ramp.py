@@ -7,10 +7,11 @@ held one may.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from sdh_sim.settling.process import Allowed, Process
-from sdh_sim.settling.quasi_static import State
+if TYPE_CHECKING:
+    from sdh_sim.settling.process import Allowed, Process
+    from sdh_sim.settling.quasi_static import State
 
 CAP = 20.0  # loads beyond this many weights are not looked for
 COARSE, FINE = 0.15, 0.02  # growth of the load per increment, as a share of it (of 1 below 1)

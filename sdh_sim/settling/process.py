@@ -20,22 +20,19 @@ that resist without limit have an equilibrium; here both give way, and the way t
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from sdh_sim import poses
 from sdh_sim.poses import rotation_of
-from sdh_sim.robot import HandKinematics
-from sdh_sim.sensing import (
-    GRAVITY,
-    PerceivedGrasp,
-    TactileSnapshot,
-    directions_of,
-    unit_vector,
-)
+from sdh_sim.sensing import GRAVITY, TactileSnapshot, directions_of, unit_vector
 from sdh_sim.settling.grasp_model import GraspModel, grasp_model
 from sdh_sim.settling.quasi_static import LONGEST, Laws, QuasiStatic, State
+
+if TYPE_CHECKING:
+    from sdh_sim.robot import HandKinematics
+    from sdh_sim.sensing import PerceivedGrasp
 
 DEMAND = 1.1  # torque that a saturated motor's reference asks for, over its limit
 SATURATED = 0.95  # share of its limit from which on a motor counts as saturated

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sdh_sim.poses import rotation_of
-from sdh_sim.settling.grasp_model import GraspModel, Touch
 from sdh_sim.settling.increment import Contacts, Increment, Springs, solve_increment
+
+if TYPE_CHECKING:
+    from sdh_sim.settling.grasp_model import GraspModel, Touch
 
 VISCOSITY = 200.0  # against the motion of an increment [N/m]
 LONGEST = 1e-3  # motion of an increment [m]
