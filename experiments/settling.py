@@ -1,14 +1,18 @@
 """Settling against the lift: verdict, motion, load, metrics where the grasp settles, and CPU time.
 
-    python -m experiments.settling RUN [--trials N] [--variants]
+    python -m experiments.settling RUN [--trials N] [--variants] [--sensitivity]
 
 Every trial of RUN that has a snapshot is settled from its row alone. ``--variants`` adds settling
-with half the increment, and with the contacts kept that the snapshot has.
+with half the increment, and with the contacts kept that the snapshot has. ``--sensitivity`` settles
+again with one of the things assumed wrongly that settling shares with the simulation.
 """
 
 from __future__ import annotations
 
+import math
 import time
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,8 +24,10 @@ from experiments.perceived_lift import Job, jobs_of, scores_of, table_of
 from sdh_sim.analysis.comparison import Comparison, compare_scores, name_of
 from sdh_sim.errors import RecordError, RunError, SettingsError
 from sdh_sim.metrics import evaluate, grasp_of, read_stored
-from sdh_sim.robot import hand_in, hand_kinematics
+from sdh_sim.robot import HandKinematics, hand_in, hand_kinematics
 from sdh_sim.runs import RunFolder
+from sdh_sim.sensing import PerceivedGrasp, add_tracking_error
+from sdh_sim.settings import TrialSettings
 from sdh_sim.settling import Allowed, Rubber, Settling, settle, settle_grasp
 from sdh_sim.settling.process import STEP
 from sdh_sim.trial.outcome import MAX_DISPLACEMENT_MM, MAX_ROTATION_DEG, Motion
@@ -50,11 +56,7 @@ class Found(NamedTuple):
 
 def settle_job(job: Job, variants: bool) -> Found:
     """Settle the grasp of one row."""
-    kinematics = hand_kinematics(hand_in(job.settings))
-    folders = {job.settings.object: job.settings.folder} if job.settings.folder else None
-    grasp = grasp_of(job.row, job.settings.pads, kinematics, folders)
-    assert grasp is not None
-    rubber = Rubber(job.settings.pad_modulus, job.settings.pad_thickness)
+    grasp, kinematics, rubber = known(job)
     start = time.process_time()
     found = settle_grasp(grasp, kinematics, rubber, ALLOWED, job.settings.pads)
     values: dict[str, float] = {metric: 0.0 for metric in METRICS}
@@ -67,6 +69,64 @@ def settle_job(job: Job, variants: bool) -> Found:
         others = finer, settle(grasp, kinematics, rubber, ALLOWED, frozen=True)
     motion = _motion(found.displacement_mm, found.rotation_deg, found.held)
     return Found(motion, found.ramp.load, values, seconds, others)
+
+
+def _friction(grasp: PerceivedGrasp, rng: np.random.Generator) -> PerceivedGrasp:
+    factor = 1.0 + 0.1 * rng.standard_normal()
+    return replace(grasp, obj=replace(grasp.obj, friction=factor * grasp.obj.friction))
+
+
+def _mass(grasp: PerceivedGrasp, rng: np.random.Generator) -> PerceivedGrasp:
+    factor = 1.0 + 0.1 * rng.standard_normal()
+    return replace(grasp, obj=replace(grasp.obj, mass_kg=factor * grasp.obj.mass_kg))
+
+
+def _torques(grasp: PerceivedGrasp, rng: np.random.Generator) -> PerceivedGrasp:
+    torques = grasp.snapshot.motor_torques
+    wrong = torques * (1.0 + 0.1 * rng.standard_normal(torques.shape))
+    return replace(grasp, snapshot=replace(grasp.snapshot, motor_torques=wrong))
+
+
+def _pose(grasp: PerceivedGrasp, rng: np.random.Generator) -> PerceivedGrasp:
+    settings = TrialSettings("box", position_error=3e-3, angle_error=math.radians(2.0))
+    snapshot, _ = add_tracking_error(grasp.snapshot, grasp.obj, settings, rng)
+    return replace(grasp, snapshot=snapshot)
+
+
+ERRORS: dict[str, Callable[[PerceivedGrasp, np.random.Generator], PerceivedGrasp]] = {
+    "friction off by 10 %": _friction,
+    "mass off by 10 %": _mass,
+    "torques off by 10 %": _torques,
+    "pose off by 3 mm and 2° per axis": _pose,
+}
+"""What may be assumed wrongly; shares are standard deviations, drawn from the trial's seed."""
+RUBBERS = {"rubber twice as stiff": 2.0, "rubber half as stiff": 0.5}
+
+
+def wrongly_assumed(jobs: list[Job]) -> dict[str, Comparison]:
+    """The verdict with one thing assumed wrongly at a time."""
+    success = np.array([job.row["success"] for job in jobs])
+    lines = {}
+    for name in (*ERRORS, *RUBBERS):
+        motions = []
+        for job in jobs:
+            grasp, kinematics, rubber = known(job)
+            if name in ERRORS:
+                grasp = ERRORS[name](grasp, np.random.default_rng(job.row["seed"]))
+            rubber = rubber._replace(modulus=RUBBERS.get(name, 1.0) * rubber.modulus)
+            way = settle(grasp, kinematics, rubber, ALLOWED)
+            motions.append(_motion(way.displacement_mm, way.rotation_deg, way.held))
+        lines[name] = compare_scores(scores_of(motions), success)
+    return lines
+
+
+def known(job: Job) -> tuple[PerceivedGrasp, HandKinematics, Rubber]:
+    """What is known of the grasp of one row, its hand and the hand's rubber."""
+    kinematics = hand_kinematics(hand_in(job.settings))
+    folders = {job.settings.object: job.settings.folder} if job.settings.folder else None
+    grasp = grasp_of(job.row, job.settings.pads, kinematics, folders)
+    assert grasp is not None
+    return grasp, kinematics, Rubber(job.settings.pad_modulus, job.settings.pad_thickness)
 
 
 def _motion(displacement_mm: float, rotation_deg: float, held: bool) -> Motion:
@@ -137,6 +197,7 @@ def main(argv: list[str] | None = None) -> None:
     parser.add_argument("run", type=Path, help="run folder")
     parser.add_argument("--trials", type=int, default=0, help="at most so many (default: all)")
     parser.add_argument("--variants", action="store_true", help="finer and with kept contacts, too")
+    parser.add_argument("--sensitivity", action="store_true", help="with wrong assumptions, too")
     args = parser.parse_args(argv)
     at_least(parser, args, trials=0)
     try:
@@ -151,6 +212,8 @@ def main(argv: list[str] | None = None) -> None:
     settle_job(jobs[0], False)  # compiles
     found = [settle_job(job, args.variants) for job in jobs]
     Console(width=110).print(table_of(compare_all(jobs, found)))
+    if args.sensitivity:
+        Console(width=110).print(table_of(wrongly_assumed(jobs)))
     for line in notes(jobs, found):
         print(line)
 
