@@ -4,7 +4,7 @@
 
 Every trial of RUN that has a snapshot is settled from its row alone. ``--variants`` adds settling
 with half the increment, and with the contacts kept that the snapshot has. ``--sensitivity`` settles
-again with one of the things assumed wrongly that settling shares with the simulation.
+again with one assumption wrong that settling shares with the simulation.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ RUBBERS = {"rubber twice as stiff": 2.0, "rubber half as stiff": 0.5}
 
 
 def wrongly_assumed(jobs: list[Job]) -> dict[str, Comparison]:
-    """The verdict with one thing assumed wrongly at a time."""
+    """The verdict with one assumption wrong at a time."""
     success = np.array([job.row["success"] for job in jobs])
     lines = {}
     for name in (*ERRORS, *RUBBERS):

@@ -143,7 +143,7 @@ def largest(values, reach):
 
 @compiled
 def longest_of(z, reach):
-    """Length by which a motion moves things, at most [m]."""
+    """Length by which a motion moves anything, at most [m]."""
     size = 0.0
     for j in range(len(z)):
         size = max(size, abs(z[j]) * reach[j])

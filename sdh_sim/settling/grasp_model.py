@@ -60,7 +60,7 @@ class GraspModel:
         hand_qpos: addresses of the hand's joints, in the order of its own model.
         object_qpos, object_dof: first addresses of the object's free joint.
         of_object: which coordinates are the object's (n,) bool.
-        reach: length that a unit of each coordinate moves things by [m or 1] (n,).
+        reach: length by which a unit of each coordinate moves a surface [m or 1] (n,).
         stiffness: of the motors' position servos (k,) [N m/rad or N/m].
     """
 

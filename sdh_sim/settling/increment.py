@@ -100,8 +100,8 @@ def solve_increment(
         contacts, springs: as they are before it.
         load: given generalised forces (n,) [N or N m].
         viscosity: D, diagonal (n,) [N/m or N m/rad].
-        reach: length that a unit of each coordinate moves things by, to compare them (n,) [m or 1].
-        longest: no coordinate may move things further [m].
+        reach: length by which a unit of each coordinate moves a surface (n,) [m or 1].
+        longest: no coordinate may move a surface further [m].
         factor: on the viscosity, to begin with; never below 1.
     """
     arrays = (*contacts, *springs, load, viscosity, reach)

@@ -20,7 +20,7 @@ EASE = 4.0  # by so much the viscosity may fall from one increment to the next
 
 @dataclass(frozen=True)
 class Laws:
-    """Forces that do not change while things move.
+    """Forces that do not change during the motion.
 
     Attributes:
         stiffness: of every geom's contacts [N/m] (ngeom,).
