@@ -268,11 +268,11 @@ def friction_creep(short: bool = False, spoil: Spoil = HONEST) -> Result:
     place of the load creeps at F (1 / (n c) + e² / (c Σ r²)). The law knows no time step and no
     solver tolerance.
     """
-    variants = [(0.002, 1e-10, 100.0), (0.004, 1e-10, 100.0), (0.002, 1e-10, 1000.0)]
+    variants = [(0.002, 1e-10, 1000.0), (0.004, 1e-10, 1000.0), (0.002, 1e-10, 100.0)]
     if not short:
         variants += [
-            (0.0005, 1e-10, 100.0), (0.001, 1e-10, 100.0), (0.002, 1e-8, 100.0),
-            (0.002, 1e-12, 100.0), (0.002, 1e-10, 10.0),
+            (0.0005, 1e-10, 1000.0), (0.001, 1e-10, 1000.0), (0.002, 1e-8, 1000.0),
+            (0.002, 1e-12, 1000.0), (0.002, 1e-10, 10.0),
         ]  # fmt: skip
     rows = []
     for timestep, tolerance, ratio in variants:

@@ -27,7 +27,7 @@ HEADER = """<mujoco model="schunk_sdh2">
        1 object and table, 2 taxel, 4 hand structure, 8 arm. Pad friction and taxel stiffness are
        set by the scene. -->
   <compiler angle="radian" meshdir="assets" autolimits="true"/>
-  <option integrator="Euler" cone="elliptic" impratio="100" tolerance="1e-10"
+  <option integrator="Euler" cone="elliptic" impratio="1000" tolerance="1e-10"
           timestep="0.002">
     <flag eulerdamp="disable"/>
   </option>

@@ -106,7 +106,7 @@ def test_options_are_the_cells(scenes):
         assert opt.disableflags & mujoco.mjtDisableBit.mjDSBL_EULERDAMP
         assert option.get("cone") == "elliptic"
         assert opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
-        assert opt.impratio == float(option.get("impratio", "")) == 100.0
+        assert opt.impratio == float(option.get("impratio", "")) == 1000.0
         assert opt.tolerance == float(option.get("tolerance", "")) == 1e-10
         assert opt.iterations == int(option.get("iterations", ""))
         assert opt.noslip_iterations == 0
