@@ -204,10 +204,8 @@ class GraspModel:
             return found
         of_tendon = model.tendon_stiffness.reshape(model.ntendon, -1)[:, 0]
         rows = np.zeros((model.ntendon, model.nv))
-        if of_tendon.any():
-            mujoco.mju_sparse2dense(
-                rows, data.ten_J.ravel(), data.ten_J_rownnz, data.ten_J_rowadr, data.ten_J_colind
-            ) if data.ten_J.size != rows.size else np.copyto(rows, data.ten_J.reshape(rows.shape))
+        layout = model.ten_J_rownnz, model.ten_J_rowadr, model.ten_J_colind
+        mujoco.mju_sparse2dense(rows, data.ten_J, *layout)
         for tendon in np.flatnonzero(of_tendon > 0.0):
             shortest, longest = model.tendon_lengthspring[tendon]
             length, k = data.ten_length[tendon], of_tendon[tendon]
