@@ -141,6 +141,14 @@ class TrialSettings:
             "liftoff_...).",
         ),
     )
+    settle: str = field(
+        default="none",
+        metadata=setting(
+            "Predict from the snapshot where the grasp settles when the table lets go, and whether "
+            "it holds there (columns settled_... and q_settled); metrics: rate it there, too.",
+            choices=("none", "verdict", "metrics"),
+        ),
+    )
     load_test: str = field(
         default="none",
         metadata=setting(

@@ -34,7 +34,7 @@ LEVELS = [
     {"robot", "objects", "records"},
     {"cell", "grasp_files", "analysis"},
     {"sensing", "runs", "report"},
-    {"grasping", "metrics"},
+    {"grasping", "metrics", "settling"},
     {"trial"},
     {"viewing"},
     {"campaign"},
@@ -51,7 +51,9 @@ GRASPQ_LEVELS = [
     {"scaling", "ball", "volume", "hand_scaling"},
     {"batch", "wrench_space"},
 ]
-ON_A_TRIALS_WAY = ("robot", "objects", "cell", "sensing", "grasping", "metrics", "trial")
+ON_A_TRIALS_WAY = (
+    *("robot", "objects", "cell", "sensing", "grasping", "metrics", "settling", "trial"),
+)
 
 LONGEST_CHAIN = 13  # files
 ABOVE_GROUND = 5  # imports between the simulation and a file that imports nothing of the package

@@ -34,7 +34,9 @@ from sdh_sim.records.schema import (
     is_moment_column,
     lift_off_columns,
     schema_of,
+    settling_columns,
 )
+from sdh_sim.records.settling_columns import SETTLED
 from sdh_sim.records.trial_row import COLUMNS, FAILURES, NO_TRUTH, TACTILE_UNIT, TrialRow
 from sdh_sim.records.user_columns import (
     METRIC,
@@ -59,6 +61,7 @@ __all__ = [
     "NO_TRUTH",
     "ROW_GROUP",
     "SCHEMA",
+    "SETTLED",
     "SNAPSHOT",
     "TACTILE",
     "TACTILE_UNIT",
@@ -87,6 +90,7 @@ __all__ = [
     "read_table",
     "readable",
     "schema_of",
+    "settling_columns",
     "stack",
     "table_of",
     "threshold_in",

@@ -5,7 +5,8 @@ writes a table is told which. Array columns are fixed-size lists, so that pandas
 open the file as it is.
 
 What a snapshot fills in is there once for each moment that the run looked at: under its own name
-for the snapshot on the table, behind ``LIFT_OFF`` for that at lift-off.
+for the snapshot on the table, behind ``LIFT_OFF`` for that at lift-off. What settling predicts is
+in columns of its own (``settling_columns``).
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import pyarrow as pa
 
 from sdh_sim.records.column import Column
 from sdh_sim.records.hand_columns import JOINTS, TACTILE, as_in, hand_column, is_hand_column
+from sdh_sim.records.settling_columns import SETTLED, SETTLED_METRICS, SETTLING, where_settled
 from sdh_sim.records.trial_row import COLUMNS, TACTILE_UNIT
 from sdh_sim.records.user_columns import added_column, added_in, is_added
 
@@ -73,7 +75,12 @@ def columns_in(schema: pa.Schema) -> tuple[Column, ...]:
 
 
 def is_moment_column(name: str) -> bool:
-    """Whether a column is one of another moment."""
+    """Whether a column is one of another moment, seen or predicted."""
+    if name in SETTLING:
+        return True
+    if name.startswith(SETTLED):
+        base = name.removeprefix(SETTLED)
+        return base in SETTLED_METRICS or is_added(base)
     if not name.startswith(LIFT_OFF):
         return False
     name = name.removeprefix(LIFT_OFF)
@@ -83,6 +90,12 @@ def is_moment_column(name: str) -> bool:
 
 def moment_column(name: str) -> Column:
     """The column of that name, for which ``is_moment_column``."""
+    if name in SETTLING:
+        return SETTLING[name]
+    if name.startswith(SETTLED):
+        base = name.removeprefix(SETTLED)
+        known = base in SETTLED_METRICS
+        return where_settled(SETTLED_METRICS[base] if known else added_column(base))
     base = name.removeprefix(LIFT_OFF)
     if base in _MOMENT:
         return _at_lift_off(_MOMENT[base])
@@ -98,6 +111,19 @@ def lift_off_columns(added: Sequence[Column]) -> tuple[Column, ...]:
     known = _MOMENT | {c.name: c for c in added if c.name in _MOMENT}
     more = [c for c in added if is_moment_column(LIFT_OFF + c.name) and c.name not in _MOMENT]
     return tuple(_at_lift_off(column) for column in (*known.values(), *more))
+
+
+def settling_columns(added: Sequence[Column], metrics: bool) -> tuple[Column, ...]:
+    """The columns of settling.
+
+    Args:
+        added: columns of the run's table besides ours.
+        metrics: those of the metrics where the grasp settles, too.
+    """
+    if not metrics:
+        return tuple(SETTLING.values())
+    users = (column for column in added if is_added(column.name))
+    return (*SETTLING.values(), *map(where_settled, (*SETTLED_METRICS.values(), *users)))
 
 
 def moments_in(schema: pa.Schema) -> tuple[Column, ...]:

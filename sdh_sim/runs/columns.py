@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
-from sdh_sim.records import Column, HandShape, added_columns, hand_columns, lift_off_columns
+from sdh_sim.records import (
+    Column,
+    HandShape,
+    added_columns,
+    hand_columns,
+    lift_off_columns,
+    settling_columns,
+)
 from sdh_sim.settings import DEFAULT_HAND, TrialSettings
 
 
 def columns_of_run(settings: TrialSettings) -> tuple[Column, ...]:
-    """Those of its hand, where it is not the SDH-2, of users' metrics, and of lift-off.
+    """Those of its hand, where it is not the SDH-2, of users' metrics, of lift-off and settling.
 
     Raises:
         SettingsError: no such hand.
     """
     added = (*_of_hand(settings), *added_columns(settings.metrics))
-    return (*added, *lift_off_columns(added)) if settings.lift_off else added
+    columns = (*added, *lift_off_columns(added)) if settings.lift_off else added
+    if settings.settle == "none":
+        return columns
+    return (*columns, *settling_columns(added, settings.settle == "metrics"))
 
 
 def _of_hand(settings: TrialSettings) -> tuple[Column, ...]:

@@ -18,12 +18,11 @@ from sdh_sim.sensing.pad_contact import PadContact
 from sdh_sim.sensing.pad_contacts import pad_contacts
 from sdh_sim.sensing.snapshot import TactileSnapshot
 from sdh_sim.sensing.unsensed_contacts import unsensed_contacts
-from sdh_sim.sensing.weight_directions import directions_of, unit_vector
+from sdh_sim.sensing.weight_directions import GRAVITY, directions_of, unit_vector
 from sdh_sim.settings import TAXEL_THRESHOLD
 
 TASK_RADIUS = 0.02 / 3  # [m]
 TASK_SAMPLES = 20
-GRAVITY = 9.81  # [m/s^2]
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,12 @@
-"""Along which directions an object's weight acts, where no table says which way is down."""
+"""An object's weight: how large, and along which directions where no table says what is down."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from sdh_sim.settings import GRAVITY_DIRECTIONS
+
+GRAVITY = 9.81  # [m/s^2]
 
 
 def directions_of(gravity: str) -> tuple[str, ...]:

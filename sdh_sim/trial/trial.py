@@ -35,11 +35,13 @@ from sdh_sim.sensing import (
 )
 from sdh_sim.sensing.tactile_sensor import PRESETS
 from sdh_sim.settings import DEFAULT_HAND, FROM_FILE, GRAVITY_DIRECTIONS, TrialSettings
+from sdh_sim.settling import Rubber, Settled
 from sdh_sim.trial import load_test
 from sdh_sim.trial.disturbance import disturb
 from sdh_sim.trial.lift import lift, rise
 from sdh_sim.trial.outcome import Motion, classify, further, moved_between
 from sdh_sim.trial.plan_columns import describe_grasp, describe_motion
+from sdh_sim.trial.settling_row import rate_settled, settle_into
 from sdh_sim.trial.weigh import weigh
 
 # Random streams of a trial beside the plan's own, so that an option changes nothing else.
@@ -49,9 +51,9 @@ _SENSOR, _TRACKING = 1, 2
 class Trial:
     """One grasp-and-lift, step by step; settings and seed decide it completely.
 
-    ``acquire``, ``snapshot``, ``lift_off``, ``lift`` (without a table ``weigh``), ``disturb``,
-    ``load`` and ``load_directions`` are called in that order, each where it is wanted; ``run``
-    calls those that the settings ask for. What each finds out is kept in ``row``.
+    ``acquire``, ``snapshot``, ``settle``, ``lift_off``, ``lift`` (without a table ``weigh``),
+    ``disturb``, ``load`` and ``load_directions`` are called in that order, each where it is wanted;
+    ``run`` calls those that the settings ask for. What each finds out is kept in ``row``.
 
     Args:
         settings: object, torque limits and so on.
@@ -149,6 +151,17 @@ class Trial:
         self.row.perceived_friction = self.prediction.grasp.obj.friction
         self.row.taxel_threshold = self.settings.taxel_threshold
         return snapshot
+
+    def settle(self) -> Settled:
+        """Predict from the ``snapshot`` where the grasp settles when the table lets go."""
+        if self.prediction is None:
+            raise RuntimeError("the trial has not come that far: snapshot comes first")
+        settings, kinematics = self.settings, hand_kinematics(self.scene.hand)
+        rubber = Rubber(settings.pad_modulus, settings.pad_thickness)
+        settled = settle_into(self.row, self.prediction.grasp, kinematics, rubber, settings.pads)
+        if settings.settle == "metrics":
+            rate_settled(self.row, settled, settings.metrics)
+        return settled
 
     def lift_off(self) -> Motion:
         """Raise the hand after ``acquire`` until the object has left the table; a second snapshot.
@@ -355,6 +368,8 @@ class Trial:
         loaded = self.settings.load_test != "none"
         self.acquire()
         self.snapshot()
+        if self.settings.settle != "none":
+            self.settle()
         if not self.touched:
             if loaded:
                 self.row.q_sim, self.row.q_sim_capped = 0.0, False
