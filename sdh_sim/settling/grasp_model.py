@@ -87,13 +87,15 @@ class GraspModel:
         self.of_object[self.object_dof : self.object_dof + 6] = True
         self.taxel = np.full(model.ngeom, -1, dtype=np.int64)
         self._pitch = np.full(model.ngeom, np.nan)
-        for pad, offset, names in zip(
-            hand.pads, hand.pad_offsets[:-1], taxel_names(hand), strict=True
+        self._pad = np.full(model.ngeom, -1, dtype=np.int64)
+        for index, (pad, offset, names) in enumerate(
+            zip(hand.pads, hand.pad_offsets[:-1], taxel_names(hand), strict=True)
         ):
             for place, taxel in enumerate(names):
                 if taxel:
                     self.taxel[model.geom(taxel).id] = offset + place
                     self._pitch[model.geom(taxel).id] = pad.array.pitch
+                    self._pad[model.geom(taxel).id] = index
         of_object = np.array([model.geom_bodyid[g] == self.object_body for g in range(model.ngeom)])
         model.geom_margin[~of_object] = MARGIN
         model.jnt_margin[:] = STOP_MARGIN
@@ -213,18 +215,32 @@ class GraspModel:
             found.append(_spring(rows[tendon], length - longest, k, -np.inf, 0.0))
         return found
 
-    def readings(self, geoms: np.ndarray, normal: np.ndarray) -> dict[str, np.ndarray]:
+    def readings(
+        self, geoms: np.ndarray, points: np.ndarray, normal: np.ndarray
+    ) -> dict[str, np.ndarray]:
         """Pressure on the taxels by kind of array (pads, rows, columns) [kPa].
+
+        A contact's force is felt by the taxels around the place where it acts, with the hand as at
+        the last ``look``.
 
         Args:
             geoms: of the contacts (c, 2).
+            points: where they are (c, 3) [m].
             normal: their normal forces (c,) [N].
         """
         flat = np.zeros(self.hand.tactile_size)
-        for geom in geoms.T:
-            hit = self.taxel[geom] >= 0
-            area = self._pitch[geom[hit]] ** 2
-            np.add.at(flat, self.taxel[geom[hit]], 1e-3 * normal[hit] / area)
+        pad_of = self._pad[geoms].max(axis=1)
+        for index, (pad, offset) in enumerate(
+            zip(self.hand.pads, self.hand.pad_offsets[:-1], strict=True)
+        ):
+            felt = np.flatnonzero(pad_of == index)
+            if not len(felt):
+                continue
+            body = self.model.body(pad.body).id
+            local = (points[felt] - self.data.xpos[body]) @ self.data.xmat[body].reshape(3, 3)
+            taxels, shares = pad.array.shares(local)
+            pressure = 1e-3 * normal[felt] / pad.array.pitch**2
+            np.add.at(flat, offset + taxels, pressure[:, None] * shares)
         return self.hand.by_kind(flat)
 
     def touch(self) -> Touch:
