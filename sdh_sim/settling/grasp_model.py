@@ -213,19 +213,31 @@ class GraspModel:
             found.append(_spring(rows[tendon], length - longest, k, -np.inf, 0.0))
         return found
 
-    def readings(self, geoms: np.ndarray, normal: np.ndarray) -> dict[str, np.ndarray]:
-        """Pressure on the taxels by kind of array (pads, rows, columns) [kPa].
+    def readings(
+        self, geoms: np.ndarray, points: np.ndarray, normal: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """Pressure on the taxels where the contacts act, by kind of array (pads, rows, columns).
 
         Args:
             geoms: of the contacts (c, 2).
+            points: where they act (c, 3) [m], in the posture that was looked at last.
             normal: their normal forces (c,) [N].
+
+        Returns:
+            [kPa]; what acts beyond the border of an array is felt by nobody.
         """
-        flat = np.zeros(self.hand.tactile_size)
-        for geom in geoms.T:
-            hit = self.taxel[geom] >= 0
-            area = self._pitch[geom[hit]] ** 2
-            np.add.at(flat, self.taxel[geom[hit]], 1e-3 * normal[hit] / area)
-        return self.hand.by_kind(flat)
+        hand, flat = self.hand, np.zeros(self.hand.tactile_size)
+        of_pair = self.taxel[geoms]
+        found = np.flatnonzero((of_pair >= 0).any(axis=1))
+        geom = geoms[found, of_pair[found].argmax(axis=1)]
+        pads = np.searchsorted(hand.pad_offsets, self.taxel[geom], side="right") - 1
+        for contact, taxel_geom, pad in zip(found, geom, pads, strict=True):
+            link, array = int(self.model.geom_bodyid[taxel_geom]), hand.pads[pad].array
+            turn = self.data.xmat[link].reshape(3, 3)
+            taxels, shares = array.shares((points[contact] - self.data.xpos[link]) @ turn)
+            pressure = 1e-3 * normal[contact] / array.pitch**2
+            np.add.at(flat, hand.pad_offsets[pad] + taxels[0], pressure * shares[0])
+        return hand.by_kind(flat)
 
     def touch(self) -> Touch:
         """What touches or nearly does: hand and object, object and table, the hand itself."""

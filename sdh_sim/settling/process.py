@@ -206,7 +206,7 @@ class Process:
         positions = model.moment_arms()[1]
         return replace(
             before,
-            tactile=model.readings(state.geoms, state.normal),
+            tactile=model.readings(state.geoms, state.points, state.normal),
             joint_angles=positions,
             motor_torques=state.torques,
             object_pose_hand=model.object_in_palm(),
