@@ -87,13 +87,15 @@ class GraspModel:
         self.of_object[self.object_dof : self.object_dof + 6] = True
         self.taxel = np.full(model.ngeom, -1, dtype=np.int64)
         self._pitch = np.full(model.ngeom, np.nan)
-        for pad, offset, names in zip(
-            hand.pads, hand.pad_offsets[:-1], taxel_names(hand), strict=True
+        self._pad = np.full(model.ngeom, -1, dtype=np.int64)
+        for index, (pad, offset, names) in enumerate(
+            zip(hand.pads, hand.pad_offsets[:-1], taxel_names(hand), strict=True)
         ):
             for place, taxel in enumerate(names):
                 if taxel:
                     self.taxel[model.geom(taxel).id] = offset + place
                     self._pitch[model.geom(taxel).id] = pad.array.pitch
+                    self._pad[model.geom(taxel).id] = index
         of_object = np.array([model.geom_bodyid[g] == self.object_body for g in range(model.ngeom)])
         model.geom_margin[~of_object] = MARGIN
         model.jnt_margin[:] = STOP_MARGIN
@@ -216,28 +218,33 @@ class GraspModel:
     def readings(
         self, geoms: np.ndarray, points: np.ndarray, normal: np.ndarray
     ) -> dict[str, np.ndarray]:
-        """Pressure on the taxels where the contacts act, by kind of array (pads, rows, columns).
+        """Pressure on the taxels by kind of array (pads, rows, columns) [kPa].
+
+        A contact's force is felt by the taxels around the place where it acts, with the hand as at
+        the last ``look``.
 
         Args:
             geoms: of the contacts (c, 2).
-            points: where they act (c, 3) [m], in the posture that was looked at last.
+            points: where they are (c, 3) [m].
             normal: their normal forces (c,) [N].
 
         Returns:
             [kPa]; what acts beyond the border of an array is felt by nobody.
         """
-        hand, flat = self.hand, np.zeros(self.hand.tactile_size)
-        of_pair = self.taxel[geoms]
-        found = np.flatnonzero((of_pair >= 0).any(axis=1))
-        geom = geoms[found, of_pair[found].argmax(axis=1)]
-        pads = np.searchsorted(hand.pad_offsets, self.taxel[geom], side="right") - 1
-        for contact, taxel_geom, pad in zip(found, geom, pads, strict=True):
-            link, array = int(self.model.geom_bodyid[taxel_geom]), hand.pads[pad].array
-            turn = self.data.xmat[link].reshape(3, 3)
-            taxels, shares = array.shares((points[contact] - self.data.xpos[link]) @ turn)
-            pressure = 1e-3 * normal[contact] / array.pitch**2
-            np.add.at(flat, hand.pad_offsets[pad] + taxels[0], pressure * shares[0])
-        return hand.by_kind(flat)
+        flat = np.zeros(self.hand.tactile_size)
+        pad_of = self._pad[geoms].max(axis=1)
+        for index, (pad, offset) in enumerate(
+            zip(self.hand.pads, self.hand.pad_offsets[:-1], strict=True)
+        ):
+            felt = np.flatnonzero(pad_of == index)
+            if not len(felt):
+                continue
+            body = self.model.body(pad.body).id
+            local = (points[felt] - self.data.xpos[body]) @ self.data.xmat[body].reshape(3, 3)
+            taxels, shares = pad.array.shares(local)
+            pressure = 1e-3 * normal[felt] / pad.array.pitch**2
+            np.add.at(flat, offset + taxels, pressure[:, None] * shares)
+        return self.hand.by_kind(flat)
 
     def touch(self) -> Touch:
         """What touches or nearly does: hand and object, object and table, the hand itself."""

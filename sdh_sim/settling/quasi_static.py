@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 VISCOSITY = 200.0  # against the motion of an increment [N/m]
 LONGEST = 1e-3  # motion of an increment [m]
+TABLE_FRICTION = 0.5  # as models/cell has it; an object that is smoother in hand is so there, too
 EASE = 4.0  # by so much the viscosity may fall from one increment to the next
 
 
@@ -24,7 +25,7 @@ class Laws:
 
     Attributes:
         stiffness: of every geom's contacts [N/m] (ngeom,).
-        friction: coefficient of all contacts.
+        friction: coefficient of all contacts but those of a rougher object with the table.
         torque_limits: of the motors (k,) [N m or N].
         down: direction of the weight in the model's world (3,).
         weight: of the object [N].
@@ -163,7 +164,9 @@ class QuasiStatic:
 
     def _contacts(self, state: State, touch: Touch) -> Contacts:
         stiffness = self.laws.stiffness[touch.geoms].min(axis=1)
-        friction = np.full(len(stiffness), self.laws.friction)
+        own = self.laws.friction
+        on_table = (touch.geoms == self.model.table).any(axis=1)
+        friction = np.where(on_table, min(own, TABLE_FRICTION), own)
         carried = carried_over(state, touch)
         return Contacts(touch.jacobian, touch.normal, touch.gap, stiffness, friction, carried)
 

@@ -64,7 +64,9 @@ class Settled:
         process, state = self._shown
         before = process.grasp
         limits = self.kinematics.hand.group_limits(before.torque_limits)
-        return perceive(process.snapshot(state), before.obj, limits, self.pads, self.kinematics)
+        snapshot = process.snapshot(state)
+        # No crosstalk lights taxels here, so that all count.
+        return perceive(snapshot, before.obj, limits, self.pads, self.kinematics, threshold=0.0)
 
 
 def settle_grasp(
