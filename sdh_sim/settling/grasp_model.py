@@ -227,6 +227,9 @@ class GraspModel:
             geoms: of the contacts (c, 2).
             points: where they are (c, 3) [m].
             normal: their normal forces (c,) [N].
+
+        Returns:
+            [kPa]; what acts beyond the border of an array is felt by nobody.
         """
         flat = np.zeros(self.hand.tactile_size)
         pad_of = self._pad[geoms].max(axis=1)

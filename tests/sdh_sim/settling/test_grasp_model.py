@@ -65,17 +65,21 @@ def test_gaps_to_the_table_and_the_motion_that_closes_them():
     assert model.touch().gap == pytest.approx(0.0, abs=1e-9)
 
 
-def test_readings_are_the_pressures_of_the_taxels():
+def test_readings_are_the_pressures_where_contacts_act():
     hand = built_in_hand()
     model = grasp_model(hand, object_info("box"))
-    taxel = int(np.flatnonzero(model.taxel >= 0)[5])
-    pitch = hand.pads[0].array.pitch
-    model.look(model.pose(hand_kinematics(hand).joint_positions(np.zeros(7)), FAR))
-    body = model.model.body(hand.pads[0].body).id
-    centre = hand.pads[0].array.centres[5, 2]
-    point = model.data.xpos[body] + model.data.xmat[body].reshape(3, 3) @ centre
-    geoms = np.array([[taxel, model.table], [model.table, 0]])
-    readings = model.readings(geoms, np.array([point, point]), np.array([2.0, 9.0]))
-    flat = np.concatenate([readings[kind].ravel() for kind in hand.arrays])
-    assert flat.sum() == pytest.approx(2.0 / pitch**2 / 1e3)
-    assert np.count_nonzero(flat > 1e-9 * flat.max()) == 1
+    model.look(model.model.qpos0)
+    pad, (row, column) = hand.pads[0], (6, 2)
+    geom = int(np.flatnonzero(model.taxel == row * pad.array.shape[1] + column)[0])
+    link = int(model.model.geom_bodyid[geom])
+    turn, place = model.data.xmat[link].reshape(3, 3), model.data.xpos[link]
+    centre, _ = pad.array.surface(row, column)
+    beside, _ = pad.array.surface(row, column + 0.25)
+    beyond, _ = pad.array.surface(row, pad.array.shape[1] + 1.0)
+    geoms = np.array([[geom, model.table]] * 3 + [[model.table, 0]])
+    points = np.array([place + turn @ local for local in (centre, beside, beyond, centre)])
+    readings = model.readings(geoms, points, np.array([2.0, 4.0, 8.0, 16.0]))
+    pressure = np.concatenate([readings[kind].ravel() for kind in hand.arrays])
+    force = 1e3 * pad.array.pitch**2 * pressure
+    # 2 N on a centre, 4 N a quarter of a pitch beside it, 8 N beyond the border, 16 N elsewhere.
+    assert np.sort(force[force > 0.0]) == pytest.approx([1.0, 5.0])
