@@ -66,26 +66,31 @@ class RubberContacts(NamedTuple):
 
     The spheres that stand for the rubber are larger than a taxel, so a contact may lie off the
     taxel whose sphere makes it: by some millimetres where the surface that it meets lies askew,
-    or at an edge. It is felt where it acts; what acts beyond the array's border nobody feels.
+    or at an edge. It is felt where it acts; what acts beyond the array's border no taxel feels
+    itself, though crosstalk may light the ones beside it.
 
     Attributes:
         contact: index of the contact (n,).
         normal: its normal force (n,) [N].
         taxels: flat indices of the taxels around it (n, 4).
         shares: of its force that they feel (n, 4), which sum to 1 or, off the array, to 0.
+        neighbours: off the array, flat indices of the taxels beside it (n, 4).
+        beside: which of these there are (n, 4).
     """
 
     contact: np.ndarray
     normal: np.ndarray
     taxels: np.ndarray
     shares: np.ndarray
+    neighbours: np.ndarray
+    beside: np.ndarray
 
 
 def rubber_contacts(scene: Scene, data: mujoco.MjData) -> RubberContacts:
     """Where the pads bear on anything, and which taxels feel it."""
     contact, model = data.contact, scene.model
     if data.ncon == 0 or data.nefc == 0:
-        return RubberContacts(np.zeros(0, np.int64), np.zeros(0), *np.zeros((2, 0, 4), np.int64))
+        return RubberContacts(np.zeros(0, np.int64), np.zeros(0), *np.zeros((4, 0, 4), np.int64))
     of_pair = scene.taxel[contact.geom]
     found = np.flatnonzero((of_pair >= 0).any(axis=1) & (contact.efc_address >= 0))
     geom = contact.geom[found, of_pair[found].argmax(axis=1)]
@@ -94,13 +99,16 @@ def rubber_contacts(scene: Scene, data: mujoco.MjData) -> RubberContacts:
     away = contact.pos[found] - data.xpos[links]
     points = np.einsum("nj,njk->nk", away, data.xmat[links].reshape(-1, 3, 3))
     taxels, shares = np.zeros((len(found), 4), np.int64), np.zeros((len(found), 4))
+    neighbours, beside = np.zeros((len(found), 4), np.int64), np.zeros((len(found), 4), bool)
     kinds = scene.hand.pad_kinds[pads]
     for kind, array in enumerate(scene.hand.arrays.values()):
         here = kinds == kind
         if here.any():
             taxels[here], shares[here] = array.shares(points[here])
-    taxels += scene.hand.pad_offsets[pads][:, None]
-    return RubberContacts(found, data.efc_force[contact.efc_address[found]], taxels, shares)
+            neighbours[here], beside[here] = array.beside(points[here])
+    offsets = scene.hand.pad_offsets[pads][:, None]
+    normal = data.efc_force[contact.efc_address[found]]
+    return RubberContacts(found, normal, taxels + offsets, shares, neighbours + offsets, beside)
 
 
 def taxel_forces(scene: Scene, data: mujoco.MjData) -> np.ndarray:
@@ -108,6 +116,18 @@ def taxel_forces(scene: Scene, data: mujoco.MjData) -> np.ndarray:
     forces = np.zeros(scene.hand.tactile_size)
     rubber = rubber_contacts(scene, data)
     np.add.at(forces, rubber.taxels, rubber.normal[:, None] * rubber.shares)
+    return forces
+
+
+def forces_beside_taxels(scene: Scene, data: mujoco.MjData) -> np.ndarray:
+    """Normal force on rubber beside every taxel under which there is none, flat (taxels,) [N].
+
+    It acts beyond the border of an array, or where a taxel is missing. No taxel feels it, but
+    crosstalk passes on a share of it, as between taxels.
+    """
+    forces = np.zeros(scene.hand.tactile_size)
+    rubber = rubber_contacts(scene, data)
+    np.add.at(forces, rubber.neighbours, rubber.normal[:, None] * rubber.beside)
     return forces
 
 

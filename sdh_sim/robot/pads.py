@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+_SIDES = np.array([(-1, 0), (1, 0), (0, -1), (0, 1)])  # of a taxel, rows and columns
 _CORNERS = np.array([(0, 0), (0, 1), (1, 0), (1, 1)])  # of a square, rows and columns
 
 
@@ -117,6 +118,21 @@ class TaxelArray:
         share = np.where(there, np.prod(np.where(_CORNERS, beyond, 1.0 - beyond), axis=2), 0.0)
         whole = np.where(on_array, share.sum(axis=1), np.inf)  # the point's own taxel has a quarter
         return cells, share / whole[:, None]
+
+    def beside(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Which taxels lie beside points near the surface under which there is none.
+
+        Args:
+            points: in the link frame (n, 3) [m].
+
+        Returns:
+            flat indices into the array (n, 4), and which of them lie beside the point (n, 4): those
+            that share an edge with its place, none where the point lies on a taxel itself.
+        """
+        place = np.floor(self.coordinates(points) + 0.5).astype(np.int64)
+        _, on_array = self._cells(place)
+        cells, there = self._cells(place[:, None, :] + _SIDES)
+        return cells, there & ~on_array[:, None]
 
     def _cells(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Flat indices of rows and columns (..., 2) of any value, and whether a taxel is there."""

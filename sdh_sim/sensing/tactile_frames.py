@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from sdh_sim.cell import Scene, Simulation
-from sdh_sim.cell.contacts import taxel_forces
+from sdh_sim.cell.contacts import forces_beside_taxels, taxel_forces
 from sdh_sim.robot import hand_kinematics
 from sdh_sim.sensing.snapshot import TactileSnapshot
 from sdh_sim.sensing.tactile_sensor import FRAME_RATE, TactileSensor
@@ -28,7 +28,7 @@ class TactileFrames:
         """Hand the forces on the taxels to the sensor when a frame is due."""
         if data.time >= self._next:
             self._next += 1.0 / FRAME_RATE
-            self.sensor.frame(taxel_forces(scene, data))
+            self.sensor.frame(taxel_forces(scene, data), forces_beside_taxels(scene, data))
 
 
 def take_snapshot(simulation: Simulation, sensor: TactileSensor | None = None) -> TactileSnapshot:

@@ -30,7 +30,8 @@ class SensorModel:
             counts (with no crosstalk 9.5 taxels would, and it were 8 kPa).
         clip: greatest reading [counts]; readings are whole counts, 12 bit.
         crosstalk: share of a taxel's pressure that each of its four neighbours takes over; 0.1
-            lights 21 taxels under a stamp of 3 by 3, in the middle of the published range.
+            lights 21 taxels under a stamp of 3 by 3, in the middle of the published range. Rubber
+            beside the outermost taxels passes on as much.
         creep_share: share of the final reading that comes late, as in a standard linear solid.
         creep_time: time constant of the late share [s]; both fit the three published slopes.
         noise: standard deviation of a loaded taxel's reading [counts] (assumption).
@@ -102,12 +103,20 @@ class TactileSensor:
             self._gains += model.gain_spread * taxels.standard_normal(size)
             self._gains[taxels.random(size) < model.dead_share] = 0.0
 
-    def frame(self, forces: np.ndarray) -> None:
-        """Take in the normal force on every taxel (taxels,) [N], 1 / FRAME_RATE after the last."""
+    def frame(self, forces: np.ndarray, beside: np.ndarray | None = None) -> None:
+        """Take in the load of a frame, 1 / FRAME_RATE after the last.
+
+        Args:
+            forces: normal force on every taxel (taxels,) [N].
+            beside: normal force on rubber beside every taxel under which there is none (taxels,)
+                [N]; crosstalk lights the taxel by its share of it. None: no such force.
+        """
         self._pressure = forces / self._area * 1e-3
         if self.model is None:
             return
         self._pressure = spread_pressure(self._pressure, self.model.crosstalk, self.hand)
+        if beside is not None:
+            self._pressure += self.model.crosstalk * beside / self._area * 1e-3
         decay = np.exp(-1.0 / (FRAME_RATE * self.model.creep_time))
         self._late = self._pressure + decay * (self._late - self._pressure)
 

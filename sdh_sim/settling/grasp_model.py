@@ -22,6 +22,7 @@ from sdh_sim.user_references import ObjectFolder
 
 MARGIN = 1.5e-3  # surfaces nearer than this may touch within an increment [m]
 STOP_MARGIN = 0.1  # joints and tendons nearer than this to an end stop may reach it [rad or m]
+CROSSTALK = 0.1  # of a force beside a taxel, under which there is none, that it reads
 HARD = 3e4  # stiffness of contacts without rubber [N/m]
 STOP = 1e3  # of end stops [N m/rad or N/m]
 COUPLING = 1e7  # of equalities [N m/rad or N/m]
@@ -229,7 +230,7 @@ class GraspModel:
             normal: their normal forces (c,) [N].
 
         Returns:
-            [kPa]; what acts beyond the border of an array is felt by nobody.
+            [kPa]; of what acts beyond the border of an array crosstalk shows a share beside it.
         """
         flat = np.zeros(self.hand.tactile_size)
         pad_of = self._pad[geoms].max(axis=1)
@@ -244,6 +245,8 @@ class GraspModel:
             taxels, shares = pad.array.shares(local)
             pressure = 1e-3 * normal[felt] / pad.array.pitch**2
             np.add.at(flat, offset + taxels, pressure[:, None] * shares)
+            neighbours, beside = pad.array.beside(local)
+            np.add.at(flat, offset + neighbours, CROSSTALK * pressure[:, None] * beside)
         return self.hand.by_kind(flat)
 
     def touch(self) -> Touch:
