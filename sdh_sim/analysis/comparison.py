@@ -29,12 +29,12 @@ from sdh_sim.analysis.trial_tables import (
     without_surplus,
     without_truth,
 )
-from sdh_sim.records import LIFT_OFF, METRIC, is_metric, stack
+from sdh_sim.records import LIFT_OFF, METRIC, SETTLED, is_metric, stack
 
 METRICS = COMPARED
 ALL_METRICS = (
     *METRICS,
-    *("q_capability", "q_held", "q_whole_hand"),
+    *("q_capability", "q_held", "q_whole_hand", "q_settled"),
     *("epsilon_linf", "epsilon_l1", "volume_linf", "volume_l1"),
 )
 NAMES = {
@@ -43,6 +43,7 @@ NAMES = {
     "q_capability": "q* capability",
     "q_held": "q* held",
     "q_whole_hand": "q* whole hand",
+    "q_settled": "q settling",
     "epsilon_linf": "ε L∞",
     "epsilon_l1": "ε L1",
     "volume_linf": "V L∞",
@@ -54,8 +55,9 @@ CARRIED = 0.05  # of accuracy that trials without contact may add before a warni
 
 def name_of(metric: str) -> str:
     """What a metric is called in tables: a user's by the name that the user gave it."""
-    if metric.startswith(LIFT_OFF):
-        return f"{name_of(metric.removeprefix(LIFT_OFF))}, lift-off"
+    for prefix, moment in ((LIFT_OFF, "lift-off"), (SETTLED, "settled")):
+        if metric.startswith(prefix):
+            return f"{name_of(metric.removeprefix(prefix))}, {moment}"
     return NAMES.get(metric) or metric.removeprefix(METRIC)
 
 

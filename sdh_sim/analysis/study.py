@@ -104,7 +104,7 @@ class Study:
         paired: L-infinity against L1 at threshold 1, by group.
         agreement: q* against q_sim by group, metric and subset; empty without load tests.
         load: the trials that were load-tested, by metric; empty without load tests.
-        moments: every q* before the lift and at lift-off; empty where lift-off was not looked at.
+        moments: every q* before the lift and at later moments; empty where none was looked at.
         surplus: number of trials left out because they exceed their object's share in a preset.
         read: number of trials read, those left out included.
     """

@@ -13,6 +13,7 @@ from rich.table import Table
 from sdh_sim.analysis import comparison as statistics
 from sdh_sim.analysis import trial_tables
 from sdh_sim.analysis.comparison import ALL_METRICS, METRICS, Comparison, name_of
+from sdh_sim.analysis.moments import MOMENTS
 from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.analysis.study import EVERY, Study, read_study
 from sdh_sim.atomic_files import write_atomic
@@ -65,8 +66,8 @@ def compare(
         write_csv(study.comparisons, csv)
     output().print(comparison_table(study.comparisons))
     output().print(metric_table(study))
-    if study.moments:
-        output().print(moment_table(study))
+    for prefix in dict.fromkeys(m.moment for m in study.moments):
+        output().print(moment_table(study, prefix))
     for line in [*notes(study.comparisons, runs), *study_notes(study)]:
         output().print(line, markup=False, soft_wrap=True)
     if pages:
@@ -175,12 +176,13 @@ def metric_table(study: Study) -> Table:
     return table
 
 
-def moment_table(study: Study) -> Table:
-    """Every q* before the lift and at lift-off; p is McNemar's, of their accuracies."""
-    head = ("metric", "n", "AUC before the lift", "at lift-off", "accuracy % before", "at lift-off",
-            "FPR % before", "at lift-off", "p")  # fmt: skip
+def moment_table(study: Study, prefix: str) -> Table:
+    """Every q* before the lift and at a later moment; p is McNemar's, of their accuracies."""
+    later = MOMENTS[prefix]
+    head = ("metric", "n", "AUC before the lift", later, "accuracy % before", later,
+            "FPR % before", later, "p")  # fmt: skip
     table = plain_table(*head)
-    for m in study.moments:
+    for m in (m for m in study.moments if m.moment == prefix):
         rates = (*(c.accuracy for c in (m.before, m.after)),
                  *(c.false_positive_rate for c in (m.before, m.after)))  # fmt: skip
         table.add_row(name_of(m.before.metric), str(m.before.n), _area(m.before), _area(m.after),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from sdh_sim.analysis.comparison import name_of
+from sdh_sim.analysis.moments import MOMENTS
 from sdh_sim.analysis.study import EVERY, SEEN, Study
 from sdh_sim.report.page import Table
 from sdh_sim.report.table_cells import (
@@ -103,13 +104,16 @@ def metric_table(study: Study) -> Table:
 
 
 def moment_table(study: Study) -> Table:
-    """Every q* before the lift and at lift-off."""
-    rows = []
+    """Every q* before the lift and at later moments."""
+    rows, rules = [], []
     for m in study.moments:
+        if not rows or rows[-1][1] != MOMENTS[m.moment]:
+            rules.append(len(rows))
         pair = m.before, m.after
         rows.append(
             [
                 name_of(m.before.metric),
+                MOMENTS[m.moment],
                 str(m.before.n),
                 *(number(c.auc, c.auc_interval) for c in pair),
                 number(m.paired.area_difference, m.paired.area_interval, 3),
@@ -119,15 +123,18 @@ def moment_table(study: Study) -> Table:
             ]
         )
     return Table(
-        "The same metrics on the same trials from the snapshot on the table (before) and from one "
-        "taken when the object has left it (at lift-off): area under the ROC curve, its difference "
-        "from paired resamples, accuracy and false positive rate at the threshold 1 [%], and p of "
-        "McNemar's exact test that both are right equally often.",
+        "The same metrics on the same trials from the snapshot on the table (before) and later: "
+        "from a snapshot taken when the object has left it (at lift-off), or from where settling "
+        "predicts that it comes to rest, 0 where it does not (where it settles): area under the "
+        "ROC curve, its difference from paired resamples, accuracy and false positive rate at the "
+        "threshold 1 [%], and p of McNemar's exact test that both are right equally often.",
         [
-            *("metric", "n", "AUC before", "at lift-off", "ΔAUC"),
-            *("accuracy before", "at lift-off", "FPR before", "at lift-off", "p"),
+            *("metric", "later", "n", "AUC before", "later", "ΔAUC"),
+            *("accuracy before", "later", "FPR before", "later", "p"),
         ],
         rows,
+        text_columns=(0, 1),
+        ruled_rows=rules,
     )
 
 

@@ -41,7 +41,7 @@ def sections_of(study: Study, draw: Draw, reference: Reference | None = None) ->
         _calibration(study, draw),
     ]
     if study.moments:
-        found.append(Section("Before the lift and at lift-off", [moment_table(study)]))
+        found.append(Section("Before the lift and when the table has gone", [moment_table(study)]))
     return [*found, _load(study, draw)] if study.load else found
 
 

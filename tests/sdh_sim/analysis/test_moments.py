@@ -39,6 +39,15 @@ def test_both_moments_are_compared_on_the_same_trials():
     assert found.paired.area_difference == pytest.approx(found.after.auc - found.before.auc)
 
 
+def test_where_a_grasp_settles_is_a_moment_too():
+    more = table().append_column("settled", pa.array([True] * 5 + [None], pa.bool_()))
+    more = more.append_column("settled_q_l1", pa.array(AFTER, pa.float64()))
+    found = compare_moments(more, np.ones(6, dtype=bool), np.random.default_rng(0), 50)
+    assert [m.moment for m in found] == ["liftoff_", "settled_"]
+    assert found[1].after.metric == "settled_q_l1"
+    assert found[1].after.accuracy == found[0].after.accuracy
+
+
 def test_trials_without_an_outcome_are_left_out():
     usable = np.array([True, True, True, True, False, True])
     (found,) = compare_moments(table(), usable, np.random.default_rng(0), 50)

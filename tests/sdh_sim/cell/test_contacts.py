@@ -115,7 +115,7 @@ def test_arrays_sum_to_the_contact_force(which, request):
     expected = np.zeros(486)
     for force, point in zip(np.abs(normals), local, strict=True):
         expected[first:last] += force * felt(scene.hand.pads[pad].array, point).ravel()
-    assert forces == pytest.approx(expected, abs=2e-3)
+    assert forces == pytest.approx(expected, abs=3e-3)
     # Nobody but this pad feels anything, and the box feels the same force.
     assert forces[first:last].sum() == pytest.approx(forces.sum())
     box = data.body("object/object").xmat.reshape(3, 3)

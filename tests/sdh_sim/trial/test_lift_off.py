@@ -110,7 +110,7 @@ def test_a_run_keeps_and_compares_both_moments(hand: str, tmp_path: Path, capsys
     assert main(["compare", str(out)]) == 0
     assert "at lift-off" in capsys.readouterr().out
     page = (out / "report" / "index.html").read_text()
-    assert "Before the lift and at lift-off" in page
+    assert "Before the lift and when the table has gone" in page
 
 
 def test_copies_rise_as_the_trial_does():
