@@ -99,3 +99,20 @@ def test_an_array_of_one_row():
     assert array.coordinates(points) == pytest.approx(np.array([[0, 1], [0.25, 1.5], [-1, 1]]))
     _, shares = array.shares(points)
     assert shares.sum(axis=1) == pytest.approx((1.0, 1.0, 0.0))
+
+
+def beside(array: TaxelArray, row: float, column: float) -> set[tuple[int, int]]:
+    """Rows and columns of the taxels beside a place."""
+    cells, there = array.beside(array.surface(row, column)[0])
+    places = np.unravel_index(cells[there], array.shape)
+    return set(zip(*(index.tolist() for index in places), strict=True))
+
+
+def test_taxels_beside_a_place_without_one():
+    array = built_in_hand().arrays["distal"]
+    assert beside(array, 8.0, 2.0) == set()  # on a taxel
+    assert beside(array, 8.3, 5.9) == {(8, 5)}  # beyond the border
+    assert beside(array, 8.0, 6.6) == set()  # two places beyond
+    # The two outer columns lack their taxels in the rows 0 to 4.
+    assert beside(array, 2.0, 0.0) == {(2, 1)}
+    assert beside(array, 4.0, 0.0) == {(4, 1), (5, 0)}

@@ -154,3 +154,19 @@ def test_dead_taxels_read_nothing():
 
 def test_presets_are_the_real_arrays_and_ideal_ones():
     assert PRESETS == {"dsa": DSA, "ideal": None}
+
+
+def test_crosstalk_shows_what_acts_beside_the_outermost_taxels():
+    # 5 N beside a taxel of 3.4 mm: a tenth of the pressure, as from a taxel to its neighbour.
+    beside = np.zeros(486)
+    beside[DISTAL + 7 * 6] = 5.0
+    model = SensorModel(noise=0.0, gain_spread=0.0, dead_zone=0.0, clip=1e9)
+    sensor = TactileSensor(model, np.random.default_rng(0))
+    for _ in range(90):  # 3 s, to which the gain belongs
+        sensor.frame(np.zeros(486), beside)
+    reading = sensor.read()
+    assert np.flatnonzero(reading).tolist() == [DISTAL + 7 * 6]
+    assert reading.max() == pytest.approx(0.1 * 5.0 / 0.0034**2 * 1e-3, rel=1e-2)
+    ideal = TactileSensor(None, np.random.default_rng(0))
+    ideal.frame(np.zeros(486), beside)
+    assert not ideal.read().any()
