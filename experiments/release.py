@@ -29,8 +29,9 @@ from sdh_sim.report.figure_style import colour_of, save, style
 from sdh_sim.runs import RunFolder
 
 FOLDER = "release"
+WHOLE_HAND = LIFT_OFF + "q_whole_hand"
 NEEDED = (LIFT_OFF + "displacement_mm", LIFT_OFF + "on_table", SETTLED + "displacement_mm",
-          SETTLED + "rotation_deg", "settled", "displacement_mm")  # fmt: skip
+          SETTLED + "rotation_deg", "settled", "displacement_mm", WHOLE_HAND)  # fmt: skip
 VERDICT = "settling"
 
 
@@ -120,9 +121,29 @@ def sentences(table: pa.Table) -> list[str]:
         f"{int(off.sum())} objects left the table within the rise; {int((off & success).sum())} of "
         f"them were held to the end. {int(stayed.sum())} still touched it; "
         f"{int((stayed & success).sum())} of them were held.",
+        *_without_the_table(table, success, stayed, off),
         f"Settling predicts the motion of held objects within {np.nanmedian(error):.2f} mm in the "
         f"median, {np.nanquantile(error, 0.9):.1f} mm for nine in ten.",
     ]
+
+
+def _without_the_table(
+    table: pa.Table, success: np.ndarray, stayed: np.ndarray, off: np.ndarray
+) -> list[str]:
+    """The whole hand at lift-off, where objects that never left the table count as 0."""
+    q = np.nan_to_num(stack(table, WHOLE_HAND), neginf=-1.0)
+    usable = (stayed | off) & ~without_truth(table)
+    every = compare_scores(np.where(stayed, 0.0, q)[usable], success[usable])
+    alone = compare_scores(q[usable & off], success[usable & off])
+    return [
+        f"{name_of(WHOLE_HAND)}: counting as 0 what never left the table, AUC {_area(every)} and "
+        f"{_percent(every.accuracy)} % right; among those that left it, {_area(alone)} and "
+        f"{_percent(alone.accuracy)} %."
+    ]
+
+
+def _area(c: Comparison) -> str:
+    return "-" if c.auc is None else f"{c.auc:.3f}"
 
 
 def draw(moments: Sequence[TwoMoments], verdict: Comparison, stem: Path) -> Path:
