@@ -19,9 +19,14 @@ from rich.table import Table
 
 from experiments.command_line import Parser, fail
 from sdh_sim.analysis.comparison import Comparison, compare_scores, name_of
-from sdh_sim.analysis.moments import MOMENTS, TwoMoments
+from sdh_sim.analysis.moments import (
+    MOMENT_COLUMNS,
+    MOMENT_METRICS,
+    MOMENTS,
+    TwoMoments,
+    compare_moments,
+)
 from sdh_sim.analysis.proportion import Proportion
-from sdh_sim.analysis.study import read_study
 from sdh_sim.analysis.trial_tables import without_surplus, without_truth
 from sdh_sim.errors import RecordError, RunError
 from sdh_sim.records import LIFT_OFF, SETTLED, columns_of, read_table, stack
@@ -45,19 +50,20 @@ def main(argv: Sequence[str] | None = None) -> None:
         path = RunFolder(args.run).table
         if len(columns_of([path], NEEDED)) < len(NEEDED):
             fail(f"{args.run} lacks columns; lift with --lift-off --settle metrics")
-        study = read_study([path])
-        table = without_surplus(read_table(path, ["success", "failure", "surplus", *NEEDED]))
+        columns = ("success", "failure", "surplus", *NEEDED, *MOMENT_METRICS, *MOMENT_COLUMNS)
+        table = without_surplus(read_table(path, list(dict.fromkeys(columns))))
     except (RecordError, RunError) as error:
         fail(str(error))
     verdict = of_settling(table)
+    moments = compare_moments(table, ~without_truth(table), np.random.default_rng(0))
     console = Console(width=140)
-    console.print(table_of(study.moments, verdict))
+    console.print(table_of(moments, verdict))
     for line in sentences(table):
         console.print(line, markup=False, soft_wrap=True)
     try:
         folder = args.out or args.run / FOLDER
         folder.mkdir(parents=True, exist_ok=True)
-        print(f"figure: {draw(study.moments, verdict, folder / 'release')}")
+        print(f"figure: {draw(moments, verdict, folder / 'release')}")
     except OSError as error:
         fail(f"cannot write to {args.out}: {error.strerror or error}; choose another --out")
 
@@ -112,6 +118,8 @@ def sentences(table: pa.Table) -> list[str]:
     on_table = np.array(table.column(LIFT_OFF + "on_table").to_pylist(), dtype=object)
     stayed = on_table == True  # noqa: E712  None is neither
     off = on_table == False  # noqa: E712
+    if not (success & off).any():
+        return ["No object left the table and was held to the end."]
     low, middle, high = np.quantile(moved[success & off], (0.1, 0.5, 0.9))
     error = np.abs(stack(table, SETTLED + "displacement_mm") - final)[success]
     return [

@@ -12,7 +12,7 @@ from sdh_sim.cli import main
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory):
     out = tmp_path_factory.mktemp("release") / "run"
-    lift = ["lift", "--object", "box", "--trials", "6", "--seed", "20261129", "--workers", "1"]
+    lift = ["lift", "--object", "box", "--trials", "4", "--seed", "20261129", "--workers", "1"]
     more = ["--grasps", "precision", "--pads", "distal", "--lift-off", "--settle", "metrics"]
     assert main([*lift, *more, "--out", str(out)]) == 0
     return out
@@ -21,7 +21,7 @@ def run(tmp_path_factory: pytest.TempPathFactory):
 def test_the_study_prints_and_draws(run, capsys):
     release.main([str(run)])
     printed = capsys.readouterr().out
-    for text in ("at lift-off", "where it settles", "settling", "left the table within the rise"):
+    for text in ("at lift-off", "where it settles", "settling", "left the table"):
         assert text in printed
     assert (run / "release" / "release.svg").stat().st_size > 5000
 

@@ -34,6 +34,7 @@ def test_both_moments_are_compared_on_the_same_trials():
     assert (found.before.fp, found.after.fp) == (1, 0)
     assert found.after.auc == 1.0
     assert found.before.auc is not None
+    assert found.after.auc is not None
     # Pairs of a success and a failure: (2, 2, 0.5) against (0.5, 2) has 2 won, 3 tied of 6.
     assert found.before.auc == pytest.approx((2 + 0.5 * 3) / 6)
     assert (found.paired.only_first_right, found.paired.only_second_right) == (2, 0)

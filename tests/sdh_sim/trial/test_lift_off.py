@@ -113,8 +113,6 @@ def test_a_run_keeps_and_compares_both_moments(hand: str, tmp_path: Path, capsys
     assert "Before the lift and when the table has gone" in page
 
 
-def test_copies_rise_as_the_trial_does():
-    trial = Trial(ASKED, HELD)
-    failure, motion = trial.grasp_and_lift()
-    row = run_trial(ASKED, HELD).row
-    assert (failure, *motion[:2]) == (row.failure, row.displacement_mm, row.rotation_deg)
+def test_copies_rise_as_the_trial_does(held: TrialRow):
+    failure, motion = Trial(ASKED, HELD).grasp_and_lift()
+    assert (failure, *motion[:2]) == (held.failure, held.displacement_mm, held.rotation_deg)
