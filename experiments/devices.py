@@ -28,7 +28,6 @@ from sdh_sim.analysis.load_agreement import (
     spearman,
     summarise_ratios,
 )
-from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.atomic_files import write_atomic
 from sdh_sim.errors import Diverged
 from sdh_sim.metrics import METRICS, evaluate
@@ -196,19 +195,11 @@ def table_of(found: Sequence[Finding], title: str) -> Table:
             median,
             "-" if ratio is None else f"{ratio.spread:.2f}",
             "-" if f.correlation is None else f"{f.correlation:.2f}",
-            "-" if c.auc is None or c.auc_interval is None
-            else f"{c.auc:.2f} ({c.auc_interval[0]:.2f}–{c.auc_interval[1]:.2f})",
-            *(_percent(rate) for rate in
+            c.area(),
+            *(rate.percent for rate in
               (c.accuracy, c.true_positive_rate, c.false_positive_rate)),
         )  # fmt: skip
     return table
-
-
-def _percent(rate: Proportion) -> str:
-    if rate.value is None or rate.interval is None:
-        return "-"
-    low, high = rate.interval
-    return f"{100 * rate.value:.0f} ({100 * low:.0f}–{100 * high:.0f})"
 
 
 def draw(found: Sequence[Finding], stem: Path) -> Path:

@@ -22,13 +22,12 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 
 from experiments.command_line import Parser, fail
 from experiments.parallel import run_all
+from experiments.score_table import score_table, verdict_scores
 from sdh_sim import poses
-from sdh_sim.analysis.comparison import Comparison, compare_scores, name_of
-from sdh_sim.analysis.proportion import Proportion
+from sdh_sim.analysis.comparison import compare_scores, name_of
 from sdh_sim.analysis.trial_tables import SURPLUS
 from sdh_sim.cell import Scene, Simulation, scene_of
 from sdh_sim.errors import Diverged, RecordError, RunError, SettingsError
@@ -123,9 +122,7 @@ def _as_perceived(scene: Scene, row: Mapping[str, Any]) -> Iterator[None]:
 def scores_of(motions: list[Motion]) -> np.ndarray:
     """Scores (n,) above 1 where a grasp is predicted to hold, the higher the less it moves."""
     moved = np.array([max(m.displacement_mm, m.rotation_deg) for m in motions])
-    held = np.array([classify(m) == "none" for m in motions])
-    # Above 1 for what holds, below for what does not, either in the order of the motion.
-    return np.where(held, 2.0, 0.5) + 0.4 / (1.0 + moved)
+    return verdict_scores(np.array([classify(m) == "none" for m in motions]), moved)
 
 
 def main(argv: list[str] | None = None) -> None:
@@ -148,7 +145,7 @@ def main(argv: list[str] | None = None) -> None:
     for metric in BESIDE:
         values = np.array([job.row[metric] for job in jobs], dtype=float)
         found[name_of(metric)] = compare_scores(values, success, metric=metric)
-    Console(width=110).print(table_of(found))
+    Console(width=110).print(score_table(found))
     moved = np.array([m.displacement_mm for m in motions])[success]
     truth = np.array([job.row["displacement_mm"] for job in jobs], dtype=float)[success]
     print(
@@ -172,29 +169,6 @@ def jobs_of(
         and not row.get(SURPLUS)
         and snapshot_of(row) is not None
     ]
-
-
-def table_of(found: Mapping[str, Comparison]) -> Table:
-    """One line per predictor."""
-    n = next(iter(found.values())).n
-    table = Table(title=f"{n} grasps")
-    heads = ("predictor", "AUC", "accuracy %", "TPR %", "FPR %")
-    for head in heads:
-        table.add_column(head, justify="left" if head == heads[0] else "right")
-    for name, c in found.items():
-        area = "-"
-        if c.auc is not None and c.auc_interval is not None:
-            area = f"{c.auc:.3f} ({c.auc_interval[0]:.3f}–{c.auc_interval[1]:.3f})"
-        rates = (c.accuracy, c.true_positive_rate, c.false_positive_rate)
-        table.add_row(name, area, *(_percent(rate) for rate in rates))
-    return table
-
-
-def _percent(rate: Proportion) -> str:
-    if rate.value is None or rate.interval is None:
-        return "-"
-    low, high = rate.interval
-    return f"{100 * rate.value:.0f} ({100 * low:.0f}–{100 * high:.0f})"
 
 
 if __name__ == "__main__":

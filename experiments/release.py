@@ -18,6 +18,7 @@ from rich.console import Console
 from rich.table import Table
 
 from experiments.command_line import Parser, fail
+from experiments.score_table import score_cells, verdict_scores
 from sdh_sim.analysis.comparison import Comparison, compare_scores, name_of
 from sdh_sim.analysis.moments import (
     MOMENT_COLUMNS,
@@ -26,7 +27,6 @@ from sdh_sim.analysis.moments import (
     TwoMoments,
     compare_moments,
 )
-from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.analysis.trial_tables import without_surplus, without_truth
 from sdh_sim.errors import RecordError, RunError
 from sdh_sim.records import LIFT_OFF, SETTLED, columns_of, read_table, stack
@@ -75,49 +75,50 @@ def of_settling(table: pa.Table) -> Comparison:
     )
     held = np.array([bool(v) for v in table.column("settled").to_pylist()])
     usable = ~without_truth(table) & np.array(table.column("settled").is_valid())
-    scores = np.where(held, 2.0, 0.5) + 0.4 / (1.0 + np.nan_to_num(moved, nan=np.inf))
+    scores = verdict_scores(held, np.nan_to_num(moved, nan=np.inf))
     success = np.array(table.column("success").to_pylist(), dtype=bool)
     return compare_scores(scores[usable], success[usable], metric=VERDICT)
 
 
 def table_of(moments: Sequence[TwoMoments], verdict: Comparison) -> Table:
     """A line for every bound and moment."""
+
+    def cells(c: Comparison) -> tuple[str, ...]:
+        return (str(c.n), *score_cells(c))
+
     table = Table(title="the same trials at three moments")
     heads = ("metric", "when", "n", "AUC", "accuracy at 1 %", "TPR %", "FPR %", "p, accuracy")
     for head in heads:
         table.add_column(head, justify="left" if head in heads[:2] else "right")
     for metric in dict.fromkeys(m.before.metric for m in moments):
         own = [m for m in moments if m.before.metric == metric]
-        table.add_row(name_of(metric), "before the lift", *_cells(own[0].before), "")
+        table.add_row(
+            name_of(metric),
+            "before the lift",
+            str(own[0].before.n),
+            *score_cells(own[0].before),
+            "",
+        )
         for m in own:
-            table.add_row("", MOMENTS[m.moment], *_cells(m.after), f"{m.paired.p_value:.1g}")
+            table.add_row(
+                "",
+                MOMENTS[m.moment],
+                str(m.after.n),
+                *score_cells(m.after),
+                f"{m.paired.p_value:.1g}",
+            )
         table.add_section()
-    table.add_row("settling", "predicted from before", *_cells(verdict), "")
+    table.add_row("settling", "predicted from before", *cells(verdict), "")
     return table
-
-
-def _cells(c: Comparison) -> tuple[str, ...]:
-    area = "-"
-    if c.auc is not None and c.auc_interval is not None:
-        area = f"{c.auc:.3f} ({c.auc_interval[0]:.3f}–{c.auc_interval[1]:.3f})"
-    rates = (c.accuracy, c.true_positive_rate, c.false_positive_rate)
-    return (str(c.n), area, *(_percent(rate) for rate in rates))
-
-
-def _percent(rate: Proportion) -> str:
-    if rate.value is None or rate.interval is None:
-        return "-"
-    low, high = rate.interval
-    return f"{100 * rate.value:.0f} ({100 * low:.0f}–{100 * high:.0f})"
 
 
 def sentences(table: pa.Table) -> list[str]:
     """How far objects move when the table lets go, and what becomes of those that stay on it."""
     success = np.array(table.column("success").to_pylist(), dtype=bool)
     moved, final = stack(table, LIFT_OFF + "displacement_mm"), stack(table, "displacement_mm")
-    on_table = np.array(table.column(LIFT_OFF + "on_table").to_pylist(), dtype=object)
-    stayed = on_table == True  # noqa: E712  None is neither
-    off = on_table == False  # noqa: E712
+    on_table = table.column(LIFT_OFF + "on_table")
+    stayed = np.array(on_table.fill_null(False))  # what was not looked at neither stayed nor left
+    off = np.array(on_table.is_valid()) & ~stayed
     if not (success & off).any():
         return ["No object left the table and was held to the end."]
     low, middle, high = np.quantile(moved[success & off], (0.1, 0.5, 0.9))
@@ -144,14 +145,10 @@ def _without_the_table(
     every = compare_scores(np.where(stayed, 0.0, q)[usable], success[usable])
     alone = compare_scores(q[usable & off], success[usable & off])
     return [
-        f"{name_of(WHOLE_HAND)}: counting as 0 what never left the table, AUC {_area(every)} and "
-        f"{_percent(every.accuracy)} % right; among those that left it, {_area(alone)} and "
-        f"{_percent(alone.accuracy)} %."
+        f"{name_of(WHOLE_HAND)}: counting as 0 what never left the table, AUC {every.area(3)} and "
+        f"{every.accuracy.percent} % right; among those that left it, {alone.area(3)} and "
+        f"{alone.accuracy.percent} %."
     ]
-
-
-def _area(c: Comparison) -> str:
-    return "-" if c.auc is None else f"{c.auc:.3f}"
 
 
 def draw(moments: Sequence[TwoMoments], verdict: Comparison, stem: Path) -> Path:

@@ -20,7 +20,8 @@ import numpy as np
 from rich.console import Console
 
 from experiments.command_line import Parser, at_least, fail
-from experiments.perceived_lift import Job, jobs_of, scores_of, table_of
+from experiments.perceived_lift import Job, jobs_of, scores_of
+from experiments.score_table import score_table
 from sdh_sim.analysis.comparison import Comparison, compare_scores, name_of
 from sdh_sim.errors import RecordError, RunError, SettingsError
 from sdh_sim.metrics import evaluate, grasp_of, read_stored
@@ -211,9 +212,9 @@ def main(argv: list[str] | None = None) -> None:
         fail(f"{args.run} holds no trial with a snapshot")
     settle_job(jobs[0], False)  # compiles
     found = [settle_job(job, args.variants) for job in jobs]
-    Console(width=110).print(table_of(compare_all(jobs, found)))
+    Console(width=110).print(score_table(compare_all(jobs, found)))
     if args.sensitivity:
-        Console(width=110).print(table_of(wrongly_assumed(jobs)))
+        Console(width=110).print(score_table(wrongly_assumed(jobs)))
     for line in notes(jobs, found):
         print(line)
 

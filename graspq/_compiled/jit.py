@@ -7,8 +7,8 @@ machine code inside the entries that use it, and stays a plain function for Pyth
 Numba keeps an entry beside its source, or in the user's cache folder where that is read-only
 (``NUMBA_CACHE_DIR`` names another). It looks at the entry's own file alone to see whether what it
 kept is still valid, so here the name that an entry is kept under also holds a digest of every file
-that its parts may come from: code of another version is never found. A folder that cannot be
-written, or a damaged file in it, costs time and nothing else.
+of its folder, which its parts may come from: code of another version is never found. A folder that
+cannot be written, or a damaged file in it, costs time and nothing else.
 """
 
 from __future__ import annotations
@@ -32,15 +32,13 @@ OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrap
 NOTE = "graspq: compiling {name} for the first time on this machine; this takes some seconds"
 
 
+@functools.cache
 def digest_of(folder: Path) -> str:
     """Return a short digest of the names and contents of a folder's Python files."""
     total = hashlib.sha256()
     for path in sorted(folder.glob("*.py")):
         total.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     return total.hexdigest()[:12]
-
-
-DIGEST = digest_of(Path(__file__).parent)
 
 
 def compiled(function: Callable[..., Any] | None = None, **options: Any) -> Any:
@@ -62,8 +60,9 @@ class Entry:
 
     def __init__(self, function: Callable[..., Any]) -> None:
         functools.update_wrapper(self, function)
-        # Numba names the files after it.
-        function.__qualname__ = f"{function.__name__}_{DIGEST}"
+        # Numba names the files after it. Parts come from the entry's own folder.
+        digest = digest_of(Path(function.__code__.co_filename).parent)
+        function.__qualname__ = f"{function.__name__}_{digest}"
         self._function = function
         self._kernel: Any = None
         self._lock = threading.Lock()

@@ -110,6 +110,15 @@ class Comparison:
         """Share of trials predicted correctly."""
         return Proportion(self.tp + self.tn, self.n)
 
+    def area(self, digits: int = 2) -> str:
+        """Area under the ROC curve with its interval, as in "0.86 (0.80–0.91)"; a dash for none."""
+        if self.auc is None:
+            return "-"
+        if self.auc_interval is None:
+            return f"{self.auc:.{digits}f}"
+        low, high = self.auc_interval
+        return f"{self.auc:.{digits}f} ({low:.{digits}f}–{high:.{digits}f})"
+
     @property
     def accuracy_touching(self) -> Proportion:
         """Share predicted correctly of the trials in which the hand touched the object."""

@@ -25,6 +25,14 @@ class Proportion:
         """Wilson's score interval, which never leaves 0 to 1."""
         return wilson_interval(self.k, self.n) if self.n else None
 
+    @property
+    def percent(self) -> str:
+        """Value and interval in percent, as in "86 (83–88)"; a dash where there are none."""
+        if self.value is None or self.interval is None:
+            return "-"
+        low, high = self.interval
+        return f"{100 * self.value:.0f} ({100 * low:.0f}–{100 * high:.0f})"
+
 
 def wilson_interval(k: int, n: int) -> tuple[float, float]:
     """Wilson's score interval of k of n, n > 0; 0 where k is 0 and 1 where k is n, exactly.

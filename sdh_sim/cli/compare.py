@@ -14,7 +14,6 @@ from sdh_sim.analysis import comparison as statistics
 from sdh_sim.analysis import trial_tables
 from sdh_sim.analysis.comparison import ALL_METRICS, METRICS, Comparison, name_of
 from sdh_sim.analysis.moments import MOMENTS
-from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.analysis.study import EVERY, Study, read_study
 from sdh_sim.atomic_files import write_atomic
 from sdh_sim.cli.console import output, plain_table
@@ -139,13 +138,13 @@ def comparison_table(results: Sequence[Comparison]) -> Table:
             success if first else "",
             name_of(result.metric),
             *(
-                _percent(rate) if result.has_boundary else DASH
+                rate.percent if result.has_boundary else DASH
                 for rate in (
                     *(result.accuracy, result.true_positive_rate),
                     result.false_positive_rate,
                 )
             ),
-            _area(result),
+            result.area(),
         )
     return table
 
@@ -164,7 +163,7 @@ def metric_table(study: Study) -> Table:
             low, high = curve.area_interval
             cells[1] = f"{curve.area:.2f} ({low:.2f}–{high:.2f})"
         if best is not None:
-            cells[2], cells[3] = f"{best.threshold:.3g}", _percent(best.accuracy)
+            cells[2], cells[3] = f"{best.threshold:.3g}", best.accuracy.percent
         if study.load:
             agreement = study.agreement.get((study.main, metric, EVERY))
             cells += [DASH, DASH]
@@ -185,25 +184,9 @@ def moment_table(study: Study, prefix: str) -> Table:
     for m in (m for m in study.moments if m.moment == prefix):
         rates = (*(c.accuracy for c in (m.before, m.after)),
                  *(c.false_positive_rate for c in (m.before, m.after)))  # fmt: skip
-        table.add_row(name_of(m.before.metric), str(m.before.n), _area(m.before), _area(m.after),
-                      *map(_percent, rates), f"{m.paired.p_value:.2g}")  # fmt: skip
+        table.add_row(name_of(m.before.metric), str(m.before.n), m.before.area(), m.after.area(),
+                      *(rate.percent for rate in rates), f"{m.paired.p_value:.2g}")  # fmt: skip
     return table
-
-
-def _percent(rate: Proportion) -> str:
-    if rate.value is None or rate.interval is None:
-        return DASH
-    low, high = rate.interval
-    return f"{100 * rate.value:.0f} ({100 * low:.0f}–{100 * high:.0f})"
-
-
-def _area(result: Comparison) -> str:
-    if result.auc is None:
-        return DASH
-    if result.auc_interval is None:
-        return f"{result.auc:.2f}"
-    low, high = result.auc_interval
-    return f"{result.auc:.2f} ({low:.2f}–{high:.2f})"
 
 
 def notes(results: Sequence[Comparison], runs: Sequence[Path]) -> list[str]:
@@ -252,7 +235,7 @@ def contact_notes(results: Sequence[Comparison]) -> list[str]:
         own = [r for r in results if r.group == group and r.no_contact and r.has_boundary]
         if not own:
             continue
-        shares = ", ".join(f"{name_of(r.metric)} {_percent(r.accuracy_touching)} %" for r in own)
+        shares = ", ".join(f"{name_of(r.metric)} {r.accuracy_touching.percent} %" for r in own)
         lines.append(
             f"In {own[0].no_contact} of {own[0].n} trials ({group}) the hand did not touch the "
             f"object (no_contact). Without them {own[0].n - own[0].no_contact} remain, and the "

@@ -4,7 +4,6 @@ Other rooms use what is named here; the other files read and check what users br
 """
 
 from sdh_sim.objects.catalogue import (
-    OBJECT,
     PAPER_ORDER,
     find_objects,
     object_info,
@@ -15,7 +14,7 @@ from sdh_sim.objects.catalogue import (
 )
 from sdh_sim.objects.contact_settings import HARD_SOLREF
 from sdh_sim.objects.facts import DEFAULT_SPREAD, Spread
-from sdh_sim.objects.object_info import ObjectInfo
+from sdh_sim.objects.object_info import OBJECT, ObjectInfo
 from sdh_sim.objects.surface import ObjectSurface
 from sdh_sim.objects.user_objects import UserObject
 

@@ -23,7 +23,6 @@ from sdh_sim.objects.user_objects import UserObject, read_folder
 from sdh_sim.poses import rotation_of
 from sdh_sim.user_references import ObjectFolder
 
-OBJECT = "object/"  # prefix of its names in a workcell
 # The order of the paper's figure 5; other folders follow by name.
 PAPER_ORDER = ("box", "oval_bottle", "spray_bottle", "cylindrical_bottle")
 

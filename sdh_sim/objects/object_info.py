@@ -9,7 +9,9 @@ import numpy as np
 from sdh_sim.objects.facts import Spread
 from sdh_sim.user_references import ObjectFolder
 
-__all__ = ["ObjectInfo", "Spread"]
+__all__ = ["OBJECT", "ObjectInfo", "Spread"]
+
+OBJECT = "object/"  # prefix of its names in a model with others
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from sdh_sim.robot.hand import (
 )
 from sdh_sim.robot.hand_description import Finger, Hand, Motor
 from sdh_sim.robot.hand_folder import hand_named, hand_of, read_hand_folder
+from sdh_sim.robot.mechanism import find_transmission, moment_arms
 from sdh_sim.robot.pads import Pad, TaxelArray
 from sdh_sim.robot.palm_motion import PalmMotion, along
 
@@ -40,12 +41,14 @@ __all__ = [
     "built_in_hand",
     "closing_between",
     "find_hand",
+    "find_transmission",
     "hand_in",
     "hand_kinematics",
     "hand_named",
     "hand_of",
     "hand_spec",
     "joint_table",
+    "moment_arms",
     "palm_motion_of",
     "preshape_closing",
     "read_hand_folder",

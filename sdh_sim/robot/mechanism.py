@@ -150,18 +150,8 @@ class Mechanism:
         """Moment arms (motors, joints), rows of equalities (e, joints), motor positions, errors."""
         model, data = self._model, self._data
         data.qpos[:] = joints
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_tendon(model, data)
-        mujoco.mj_transmission(model, data)
-        arms = np.zeros((model.nu, model.nv))
-        mujoco.mju_sparse2dense(
-            arms,
-            data.actuator_moment,
-            data.moment_rownnz,
-            data.moment_rowadr,
-            data.moment_colind,
-        )
+        find_transmission(model, data)
+        arms = moment_arms(model, data)
         data.ncon = 0
         mujoco.mj_makeConstraint(model, data)
         tied = np.flatnonzero(data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY)
@@ -210,6 +200,31 @@ class Mechanism:
     @cached_property
     def _weightless(self) -> mujoco.MjModel:
         return weightless(self._model, self._motors, self._rows(self._rest)[0])
+
+
+def find_transmission(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Bring what MuJoCo knows of bodies, tendons and actuators to the coordinates in ``data``."""
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_tendon(model, data)
+    mujoco.mj_transmission(model, data)
+
+
+def moment_arms(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
+    """Moment arms of all actuators about all joint coordinates, after ``find_transmission``.
+
+    Returns:
+        (actuators, coordinates) [1 or m].
+    """
+    arms = np.zeros((model.nu, model.nv))
+    mujoco.mju_sparse2dense(
+        arms,
+        data.actuator_moment,
+        data.moment_rownnz,
+        data.moment_rowadr,
+        data.moment_colind,
+    )
+    return arms
 
 
 def _is_held(model: mujoco.MjModel, dof: int) -> bool:

@@ -15,10 +15,11 @@ import mujoco
 import numpy as np
 
 from sdh_sim import poses
-from sdh_sim.objects import OBJECT, ObjectInfo, object_spec
+from sdh_sim.objects import ObjectInfo, object_spec
 from sdh_sim.objects.collision_shape import collision_vertices
 from sdh_sim.poses import rotation_of
-from sdh_sim.robot import Hand, HandKinematics, hand_spec, taxel_names
+from sdh_sim.robot import Hand, HandKinematics, taxel_names
+from sdh_sim.sensing.hand_with_object import HandWithObject
 from sdh_sim.sensing.snapshot import TactileSnapshot
 from sdh_sim.user_references import ObjectFolder
 
@@ -26,6 +27,7 @@ from sdh_sim.user_references import ObjectFolder
 # arrays' crosstalk lights neighbours.
 LOADED = 0.35
 REACH = 0.02  # surfaces further apart are not looked at [m]
+MEMORY = 1 << 26  # for the many contacts within reach [byte]
 # Standard deviation of where a loaded taxel's surface lies, and of the table [m]. The pad's rubber
 # gives by less than half of it.
 FEELS, STANDS = 1e-3, 1e-3
@@ -57,7 +59,7 @@ def touched_pose(
     if joints is None:
         joints = kinematics.joint_positions(snapshot.joint_angles)
     shapes = _shapes(kinematics.hand, obj.name, obj.folder)
-    shapes.set_hand(joints)
+    shapes.pose_hand(joints)
     loaded = _loaded(snapshot, kinematics.hand)
     deviations = np.repeat((position_error, angle_error), 3)
     tracked, pose = snapshot.object_pose_hand, snapshot.object_pose_hand.copy()
@@ -115,39 +117,17 @@ def _table(
     return np.concatenate((up, np.cross(arm, up))) / STANDS, height / STANDS
 
 
-class _Shapes:
-    """Collision shapes of a hand with its taxels, and of one object."""
+class _Shapes(HandWithObject):
+    """Collision shapes, of which those of the hand meet the object alone."""
 
     def __init__(self, hand: Hand, name: str, folder: ObjectFolder | None) -> None:
-        spec = hand_spec(hand)
-        frame = spec.worldbody.add_frame()
-        shape = object_spec(name, folder)
-        self.vertices = collision_vertices(shape.copy().compile())
-        spec.attach(shape, prefix=OBJECT, frame=frame)
-        spec.body(f"{OBJECT}object").add_freejoint(name="free")
-        spec.memory = 1 << 26  # many contacts within reach
-        self._model = model = spec.compile()
-        self._data = mujoco.MjData(model)
-        owner = [model.body(int(body)).name for body in model.geom_bodyid]
-        of_object = np.array([body.startswith(OBJECT) for body in owner])
+        super().__init__(hand, object_spec(name, folder), REACH, MEMORY)
+        model, of_object = self.model, self.of_object
         collides = (model.geom_contype | model.geom_conaffinity) != 0
-        # The hand meets the object alone.
         model.geom_contype[:] = collides & of_object
         model.geom_conaffinity[:] = collides & ~of_object
-        model.geom_margin[:] = np.where(of_object, 0.0, REACH)
-        self._of_object = of_object
         self._names = [model.geom(k).name for k in range(model.ngeom)]
-        self._links = model.geom_bodyid
-        taxels = {name for names in taxel_names(hand) for name in names if name}
-        self._taxel = np.array([name in taxels for name in self._names])
-        free = int(model.joint("free").qposadr[0])
-        self._free, self._hand = slice(free, free + 7), slice(0, free)
-        self._palm = model.body(hand.palm).id
-
-    def set_hand(self, joints: np.ndarray) -> None:
-        """Bring the hand to joint positions [rad or m]."""
-        self._data.qpos[self._hand] = joints
-        mujoco.mj_kinematics(self._model, self._data)
+        self.vertices = collision_vertices(object_spec(name, folder).compile())
 
     def residuals(
         self, pose: np.ndarray, com: np.ndarray, loaded: dict[str, float]
@@ -157,13 +137,9 @@ class _Shapes:
         Loaded taxels lie on the object's surface; of all other parts only those that are inside
         the object say something, those of a link together as much as one.
         """
-        model, data = self._model, self._data
-        palm = poses.body_pose(data, self._palm)
-        data.qpos[self._free] = poses.compose(palm, pose)
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_collision(model, data)
-        contact = data.contact
-        first_is_object = self._of_object[contact.geom[:, 0]]
+        self.collide(pose)
+        contact = self.data.contact
+        first_is_object = self.of_object[contact.geom[:, 0]]
         geom = np.where(first_is_object, contact.geom[:, 1], contact.geom[:, 0])
         # An object of several parts is as near as its nearest.
         order = np.lexsort((contact.dist, geom))
@@ -172,15 +148,15 @@ class _Shapes:
         geom, distance = geom[chosen], contact.dist[chosen]
         weights = np.array([loaded.get(self._names[k], 0.0) for k in geom])
         inside = (weights == 0.0) & (distance < 0.0)
-        for link in np.unique(self._links[geom[inside]]):
-            of_link = inside & (self._links[geom] == link)
+        for link in np.unique(self.model.geom_bodyid[geom[inside]]):
+            of_link = inside & (self.model.geom_bodyid[geom] == link)
             weights[of_link] = 1.0 / of_link.sum()
         used = weights > 0.0
-        axes = data.xmat[self._palm].reshape(3, 3)
+        axes, origin = self.palm_axes, self.palm_pose[:3]
         # The first axis of a contact points from the first geom to the second.
         sign = np.where(first_is_object[chosen[used]], -1.0, 1.0)[:, None]
         normals = sign * contact.frame[chosen[used], :3] @ axes
-        arms = (contact.pos[chosen[used]] - palm[:3]) @ axes - poses.transform(pose, com)
+        arms = (contact.pos[chosen[used]] - origin) @ axes - poses.transform(pose, com)
         rows = np.hstack((normals, np.cross(arms, normals))) / FEELS
         return rows, distance[used] / FEELS, weights[used]
 

@@ -9,15 +9,14 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-import mujoco
 import numpy as np
 
 import graspq as gq
-from sdh_sim import poses
 from sdh_sim.cell.contacts import contact_points
-from sdh_sim.objects import OBJECT, ObjectInfo, object_spec
+from sdh_sim.objects import ObjectInfo, object_spec
 from sdh_sim.poses import rotation_of
-from sdh_sim.robot import Hand, HandKinematics, HandPosture, hand_spec, taxel_names
+from sdh_sim.robot import Hand, HandKinematics, HandPosture, taxel_names
+from sdh_sim.sensing.hand_with_object import HandWithObject
 from sdh_sim.sensing.pad_contact import PadContact
 from sdh_sim.sensing.snapshot import TactileSnapshot
 from sdh_sim.user_references import ObjectFolder
@@ -69,28 +68,16 @@ def _contact(
     return PadContact(link, contact, np.vstack((rotation.T @ linear, rotation.T @ spin)))
 
 
-class _Shapes:
-    """Collision shapes of a hand and of one object."""
+class _Shapes(HandWithObject):
+    """Collision shapes, and which of the hand's are the rubber of a pad."""
 
     def __init__(self, hand: Hand, name: str, folder: ObjectFolder | None) -> None:
-        spec = hand_spec(hand)
-        frame = spec.worldbody.add_frame()
-        spec.attach(object_spec(name, folder), prefix=OBJECT, frame=frame)
-        spec.body(f"{OBJECT}object").add_freejoint(name="free")
-        self._model = model = spec.compile()
-        self._data = mujoco.MjData(model)
-        owner = [model.body(int(body)).name for body in model.geom_bodyid]
-        self._of_object = np.array([body.startswith(OBJECT) for body in owner])
-        self._link = owner
+        super().__init__(hand, object_spec(name, folder), TOUCHING)
+        self._links = [self.model.body(int(body)).name for body in self.model.geom_bodyid]
         self._pads = hand.pads
-        self._pad = np.full(model.ngeom, -1)  # per geom, index of the pad whose rubber it is
+        self._pad = np.full(self.model.ngeom, -1)  # per geom, index of the pad whose rubber it is
         for index, names in enumerate(taxel_names(hand)):
-            self._pad[[model.geom(name).id for name in names if name]] = index
-        model.geom_margin[~self._of_object] = TOUCHING
-        free = int(model.joint("free").qposadr[0])
-        self._free = slice(free, free + 7)
-        self._hand = slice(0, free)
-        self._palm = model.body(hand.palm).id
+            self._pad[[self.model.geom(name).id for name in names if name]] = index
 
     def touching(
         self, joints: np.ndarray, pose: np.ndarray
@@ -101,18 +88,13 @@ class _Shapes:
             joints: all joint positions of the hand [rad].
             pose: of the object in the palm frame, x y z qw qx qy qz (7,).
         """
-        model, data = self._model, self._data
-        data.qpos[self._hand] = joints
-        mujoco.mj_kinematics(model, data)
-        palm = poses.body_pose(data, self._palm)
-        data.qpos[self._free] = poses.compose(palm, pose)
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_collision(model, data)
-        axes = data.xmat[self._palm].reshape(3, 3)
-        found = contact_points(data, self._of_object)
+        self.pose_hand(joints)
+        self.collide(pose)
+        axes, origin = self.palm_axes, self.palm_pose[:3]
+        found = contact_points(self.data, self.of_object)
         felt = self._felt(found)
         return [
-            (self._link[part], axes.T @ (point - palm[:3]), axes.T @ normal)
+            (self._links[part], axes.T @ (point - origin), axes.T @ normal)
             for (part, point, normal), by_taxels in zip(found, felt, strict=True)
             if not by_taxels
         ]
@@ -125,7 +107,7 @@ class _Shapes:
         pads = self._pad[[part for part, _, _ in found]]
         for pad in np.unique(pads[pads >= 0]):
             here = np.flatnonzero(pads == pad)
-            link = self._data.body(self._pads[pad].body)
+            link = self.data.body(self._pads[pad].body)
             away = np.array([found[k][1] for k in here]) - link.xpos
             _, shares = self._pads[pad].array.shares(away @ link.xmat.reshape(3, 3))
             felt[here] = shares.any(axis=1)

@@ -13,10 +13,11 @@ import mujoco
 import numpy as np
 
 from sdh_sim import poses
-from sdh_sim.objects import OBJECT, ObjectInfo, object_spec
+from sdh_sim.objects import ObjectInfo, object_spec
 from sdh_sim.objects.collision_shape import collision_vertices
 from sdh_sim.poses import rotation_of
-from sdh_sim.robot import Hand, hand_kinematics, hand_spec, taxel_names
+from sdh_sim.robot import Hand, find_transmission, hand_kinematics, moment_arms, taxel_names
+from sdh_sim.sensing.hand_with_object import FREE_JOINT, OBJECT_BODY, hand_with_object
 from sdh_sim.settling.increment import Springs
 from sdh_sim.user_references import ObjectFolder
 
@@ -67,10 +68,8 @@ class GraspModel:
 
     def __init__(self, hand: Hand, name: str, folder: ObjectFolder | None) -> None:
         self.hand = hand
-        spec, shape = hand_spec(hand), object_spec(name, folder)
-        self._vertices = collision_vertices(shape.compile())
-        spec.attach(shape, prefix=OBJECT, frame=spec.worldbody.add_frame())
-        spec.body(f"{OBJECT}object").add_freejoint(name=f"{OBJECT}free")
+        spec = hand_with_object(hand, object_spec(name, folder))
+        self._vertices = collision_vertices(object_spec(name, folder).compile())
         stand = spec.worldbody.add_body(name=TABLE, mocap=True)
         plane = stand.add_geom(name=TABLE, type=mujoco.mjtGeom.mjGEOM_PLANE, size=(1, 1, 1))
         plane.contype, plane.conaffinity = 0, 1  # meets the object alone
@@ -78,10 +77,10 @@ class GraspModel:
         self.model = model = spec.compile()
         self.data = mujoco.MjData(model)
         self.table = model.geom(TABLE).id
-        self.palm, self.object_body = model.body(hand.palm).id, model.body(f"{OBJECT}object").id
+        self.palm, self.object_body = model.body(hand.palm).id, model.body(OBJECT_BODY).id
         alone = hand_kinematics(hand).model
         joints = [model.joint(alone.joint(k).name) for k in range(alone.njnt)]
-        free = model.joint(f"{OBJECT}free")
+        free = model.joint(FREE_JOINT)
         self.hand_qpos = np.array([int(joint.qposadr[0]) for joint in joints])
         self.object_qpos, self.object_dof = int(free.qposadr[0]), int(free.dofadr[0])
         self.of_object = np.zeros(model.nv, dtype=bool)
@@ -154,23 +153,12 @@ class GraspModel:
         """Go to coordinates; what other functions say is of them."""
         model, data = self.model, self.data
         data.qpos[:] = qpos
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_tendon(model, data)
-        mujoco.mj_transmission(model, data)
+        find_transmission(model, data)
 
     def moment_arms(self) -> tuple[np.ndarray, np.ndarray]:
         """Moment arms of the motors about all coordinates (k, n), and motor positions (k,)."""
-        model, data = self.model, self.data
-        arms = np.zeros((model.nu, model.nv))
-        mujoco.mju_sparse2dense(
-            arms,
-            data.actuator_moment,
-            data.moment_rownnz,
-            data.moment_rowadr,
-            data.moment_colind,
-        )
-        return arms[self._motors], data.actuator_length[self._motors].copy()
+        arms = moment_arms(self.model, self.data)
+        return arms[self._motors], self.data.actuator_length[self._motors].copy()
 
     def mechanism(self) -> Springs:
         """Couplings, end stops and springs of the hand, as bounded springs."""

@@ -1,10 +1,24 @@
-"""What the row of a trial says of the grasp that was planned."""
+"""What the row of a trial says of its conditions and of the grasp that was planned."""
 
 from __future__ import annotations
 
+import numpy as np
+
 from sdh_sim.grasping import GraspPlan, MotionPlan
 from sdh_sim.objects import ObjectInfo
-from sdh_sim.records import TrialRow
+from sdh_sim.records import HAND_NAME, TrialRow
+from sdh_sim.settings import DEFAULT_HAND, TrialSettings
+
+
+def describe_conditions(
+    row: TrialRow, settings: TrialSettings, obj: ObjectInfo, limits: np.ndarray
+) -> None:
+    """Set the columns of the object, the hand and the torque limits of its motors (n,)."""
+    row.mass_kg, row.friction = obj.mass_kg, obj.friction
+    row.torque_limit_nm = limits
+    if settings.hand != DEFAULT_HAND:
+        row[HAND_NAME] = settings.hand
+    row.gravity = settings.gravity if settings.support == "none" else None
 
 
 def describe_grasp(row: TrialRow, grasp: GraspPlan, obj: ObjectInfo) -> None:

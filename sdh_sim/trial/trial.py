@@ -21,27 +21,28 @@ from sdh_sim.grasping import (
 )
 from sdh_sim.metrics import Prediction, predict, user_metrics
 from sdh_sim.poses import rotation_of
-from sdh_sim.records import HAND_NAME, JOINTS, LIFT_OFF, TACTILE, TrialRow
+from sdh_sim.records import LIFT_OFF, TrialRow
 from sdh_sim.robot import hand_kinematics
 from sdh_sim.sensing import (
     TactileFrames,
     TactileSensor,
     TactileSnapshot,
     add_tracking_error,
-    directions_of,
     take_snapshot,
     touched_pose,
     unit_vector,
 )
 from sdh_sim.sensing.tactile_sensor import PRESETS
-from sdh_sim.settings import DEFAULT_HAND, FROM_FILE, GRAVITY_DIRECTIONS, TrialSettings
+from sdh_sim.settings import FROM_FILE, TrialSettings
 from sdh_sim.settling import Rubber, Settled
 from sdh_sim.trial import load_test
 from sdh_sim.trial.disturbance import disturb
 from sdh_sim.trial.lift import lift, rise
 from sdh_sim.trial.outcome import Motion, classify, further, moved_between
-from sdh_sim.trial.plan_columns import describe_grasp, describe_motion
+from sdh_sim.trial.plan_columns import describe_conditions, describe_grasp, describe_motion
+from sdh_sim.trial.protocol import NO_CONTACT, to_verdict, weigh_all
 from sdh_sim.trial.settling_row import rate_settled, settle_into
+from sdh_sim.trial.snapshot_columns import describe_snapshot
 from sdh_sim.trial.weigh import weigh
 
 # Random streams of a trial beside the plan's own, so that an option changes nothing else.
@@ -180,27 +181,18 @@ class Trial:
         self._now = None
         seen = TrialRow()
         _, self.lifted_off = self._look(seen, on_table=False)
-        row = {name: value for name, value in seen.items() if value is not None}
-        row["rise_mm"] = 1e3 * (self.simulation.pose(self.scene.palm)[2] - before)
-        row["on_table"] = self.simulation.on_table()
         now, com = self.simulation.object_in_hand(), self.scene.obj.com_m
-        row["displacement_mm"], row["rotation_deg"] = moved_between(self._in_hand, now, com)
-        self.row.update({LIFT_OFF + name: value for name, value in row.items()})
+        seen.displacement_mm, seen.rotation_deg = moved_between(self._in_hand, now, com)
+        known = {name: value for name, value in seen.items() if value is not None}
+        known["rise_mm"] = 1e3 * (self.simulation.pose(self.scene.palm)[2] - before)
+        known["on_table"] = self.simulation.on_table()
+        self.row.update({LIFT_OFF + name: value for name, value in known.items()})
         return moved
 
     def _look(self, row: TrialRow, on_table: bool) -> tuple[TactileSnapshot, Prediction]:
         """What the hand senses now and what the metrics say of it, also put into a row."""
         snapshot, settings = take_snapshot(self.simulation, self._sensor), self.settings
-        for kind, readings in snapshot.tactile.items():
-            row[TACTILE + kind] = readings
-        row.joint_angles_rad = snapshot.joint_angles
-        if snapshot.joints is not None:
-            row[JOINTS] = snapshot.joints
-        row.motor_torque_nm = snapshot.motor_torques
-        row.object_pose_hand = snapshot.object_pose_hand
-        row.hand_pose_world = snapshot.hand_pose_world
-        row.sensed_force_n, row.unsensed_force_n = self.simulation.hand_force()
-        row.unsensed_contact = row.unsensed_force_n > 0.0
+        describe_snapshot(row, snapshot, self.simulation.hand_force())
         seen, known = add_tracking_error(snapshot, self.scene.obj, settings, self._rng(_TRACKING))
         kinematics = hand_kinematics(self.scene.hand)
         if settings.touch:
@@ -208,14 +200,8 @@ class Trial:
             pose = touched_pose(seen, known, *errors, kinematics, on_table)
             seen = replace(seen, object_pose_hand=pose)
         row.perceived_pose_hand = seen.object_pose_hand
-        prediction = predict(
-            seen,
-            known,
-            self.scene.torque_limit,
-            settings.pads,
-            kinematics,
-            settings.taxel_threshold,
-        )
+        limits, threshold = self.scene.torque_limit, settings.taxel_threshold
+        prediction = predict(seen, known, limits, settings.pads, kinematics, threshold)
         row.update(prediction.values)
         row.update(user_metrics.evaluate_user_metrics(prediction.grasp, settings.metrics))
         row.q_reason = prediction.reason
@@ -307,43 +293,15 @@ class Trial:
         try:
             self.acquire()
             if not self.touched:
-                return "no_contact", Motion(math.nan, math.nan, True)
+                return NO_CONTACT, Motion(math.nan, math.nan, True)
             if self.settings.support == "none":
-                return self._weigh_all(loaded=False)
+                return weigh_all(self, loaded=False)
             if self.settings.lift_off:
                 self.lift_off()
             motion = self.lift()
         except Diverged:
             return "unstable_simulation", Motion(math.nan, math.nan, True)
         return classify(motion), motion
-
-    def _weigh_all(self, loaded: bool) -> tuple[str, Motion]:
-        """Weigh along every direction of the settings, and where asked load until it gives way.
-
-        Returns:
-            the first failure in the order of the directions (``none``: all hold), and the largest
-            motion.
-        """
-        moved, turned, factors = np.full((3, len(GRAVITY_DIRECTIONS)), np.nan)
-        failure, fell = "none", False
-        for direction in directions_of(self.settings.gravity):
-            at = GRAVITY_DIRECTIONS.index(direction)
-            motion = self.weigh(direction)
-            moved[at], turned[at] = motion.displacement_mm, motion.rotation_deg
-            fell |= motion.fell
-            own = classify(motion)
-            failure = own if failure == "none" else failure
-            if loaded:
-                factors[at] = self.load(direction=direction).load
-        row = self.row
-        row.direction_displacement_mm, row.direction_rotation_deg = moved, turned
-        motion = Motion(float(np.nanmax(moved)), float(np.nanmax(turned)), fell)
-        row.displacement_mm, row.rotation_deg = motion[:2]
-        if loaded:
-            row.direction_q_sim = factors
-            row.q_sim = float(np.nanmin(factors))
-            row.q_sim_capped = row.q_sim >= load_test.CAP
-        return failure, motion
 
     def run(self) -> TrialRow:
         """The whole trial, but for its copies; columns of what did not happen stay None."""
@@ -354,7 +312,7 @@ class Trial:
             row.infeasible_reason = self.infeasible.reason
             return row
         try:
-            row.failure = self._to_verdict()
+            row.failure = to_verdict(self)
         except Diverged:
             self.diverged = self.simulation.state()
             row.failure = "unstable_simulation"
@@ -364,39 +322,10 @@ class Trial:
         row.sim_seconds = self.simulation.time
         return row
 
-    def _to_verdict(self) -> str:
-        loaded = self.settings.load_test != "none"
-        self.acquire()
-        self.snapshot()
-        if self.settings.settle != "none":
-            self.settle()
-        if not self.touched:
-            if loaded:
-                self.row.q_sim, self.row.q_sim_capped = 0.0, False
-            return "no_contact"
-        if self.settings.support == "none":
-            return self._weigh_all(loaded)[0]
-        if self.settings.lift_off:
-            self.lift_off()
-        failure = classify(self.lift())
-        held = failure == "none"
-        if held and self.settings.disturbance != "none":
-            self.disturb()
-        if held and self.settings.load_test == "directions":
-            self.load_directions()
-        if loaded:
-            self.load()
-        return failure
-
     def _describe(self) -> None:
         """What the row says of the object, the limits and the plan."""
-        row, obj = self.row, self.scene.obj
-        row.mass_kg, row.friction = obj.mass_kg, obj.friction
-        row.torque_limit_nm = self.simulation.limits
-        if self.settings.hand != DEFAULT_HAND:
-            row[HAND_NAME] = self.settings.hand
-        row.gravity = self.settings.gravity if self.settings.support == "none" else None
-        found = self._found
+        row, obj, found = self.row, self.scene.obj, self._found
+        describe_conditions(row, self.settings, obj, self.simulation.limits)
         if not isinstance(found, Infeasible):
             describe_grasp(row, found.grasp, obj)
             describe_motion(row, found)

@@ -55,9 +55,7 @@ def test_table_holds_what_the_trials_measured(run: Path) -> None:
             tactile = (
                 np.array(row["tactile_proximal"]).sum() + np.array(row["tactile_distal"]).sum()
             )
-            # Rims and backs hold objects as well: then the arrays read nothing.
-            assert row["sensed_force_n"] + row["unsensed_force_n"] > 0.0
-            assert tactile > 0.0 or row["sensed_force_n"] < 0.1
+            assert tactile > 0.0
         if row["contacts"]:
             assert row["q_l1"] <= row["q_linf"] * (1 + 1e-9) + 1e-12
 

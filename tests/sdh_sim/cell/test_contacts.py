@@ -5,6 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pytest
+from scipy.optimize import minimize_scalar
 
 from sdh_sim.cell import Scene, build_scene
 from sdh_sim.cell.contacts import hand_force, taxel_forces
@@ -115,7 +116,7 @@ def test_arrays_sum_to_the_contact_force(which, request):
     expected = np.zeros(486)
     for force, point in zip(np.abs(normals), local, strict=True):
         expected[first:last] += force * felt(scene.hand.pads[pad].array, point).ravel()
-    assert forces == pytest.approx(expected, abs=3e-3)
+    assert forces == pytest.approx(expected, abs=1e-6)
     # Nobody but this pad feels anything, and the box feels the same force.
     assert forces[first:last].sum() == pytest.approx(forces.sum())
     box = data.body("object/object").xmat.reshape(3, 3)
@@ -128,9 +129,15 @@ def felt(array: TaxelArray, point: np.ndarray) -> np.ndarray:
 
     Bilinear between centres, clipped to the outermost ones; the row is found by trying them all.
     """
-    tried = np.linspace(0.0, array.shape[0] - 1.0, 200 * array.shape[0])
-    away = [np.linalg.norm((array.surface(r, 0.0)[0] - point)[::2]) for r in tried]
-    row, column = tried[int(np.argmin(away))], np.clip(point[1] / array.pitch + 2.5, 0.0, 5.0)
+
+    def away(row: float) -> float:
+        return float(np.sum((array.surface(row, 0.0)[0] - point)[::2] ** 2))
+
+    tried = np.linspace(0.0, array.shape[0] - 1.0, 20 * array.shape[0])
+    nearest = tried[int(np.argmin([away(row) for row in tried]))]
+    about = np.clip((nearest - 0.1, nearest + 0.1), 0.0, tried[-1])
+    row = minimize_scalar(away, bounds=about, method="bounded", options={"xatol": 1e-12}).x
+    column = np.clip(point[1] / array.pitch + 2.5, 0.0, 5.0)
     rows = np.clip(1.0 - np.abs(np.arange(array.shape[0]) - row), 0.0, None)
     columns = np.clip(1.0 - np.abs(np.arange(6) - column), 0.0, None)
     share = np.where(array.live, np.outer(rows, columns), 0.0)
