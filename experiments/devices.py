@@ -154,7 +154,7 @@ def findings(seen: Sequence[Seen]) -> list[Finding]:
                     bound,
                     compare_scores(q, held, group=device, metric=bound),
                     ratios,
-                    summarise_ratios(ratios, np.random.default_rng(0)),
+                    summarise_ratios(ratios),
                     spearman(q, q_sim),
                     int(capped.sum()),
                 )

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from experiments.command_line import Parser
+from experiments.stored_runs import read_runs
 from sdh_sim.errors import RecordError, RenderError
-from sdh_sim.metrics import read_stored
 from sdh_sim.records import NO_TRUTH
 from sdh_sim.runs import RunFolder
 from sdh_sim.trial import TrialLog, run_trial
@@ -128,7 +128,7 @@ def main(argv: list[str] | None = None) -> int:
     args = parser.parse_args(argv)
     try:
         folder = RunFolder(args.run)
-        _, rows = read_stored([folder.table])
+        rows = read_runs([args.run]).rows
         out = args.out or args.run / "report" / "gallery"
         out.mkdir(parents=True, exist_ok=True)
         page = [f"# Mispredictions of {args.run}\n", f"Metric {args.metric}, threshold 1.\n"]

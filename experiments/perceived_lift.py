@@ -26,16 +26,16 @@ from rich.console import Console
 from experiments.command_line import Parser, fail
 from experiments.parallel import run_all
 from experiments.score_table import score_table, verdict_scores
+from experiments.stored_runs import read_runs
 from sdh_sim import poses
 from sdh_sim.analysis.comparison import compare_scores, name_of
 from sdh_sim.analysis.trial_tables import SURPLUS
 from sdh_sim.cell import Scene, Simulation, scene_of
 from sdh_sim.errors import Diverged, RecordError, RunError, SettingsError
-from sdh_sim.metrics import read_stored, snapshot_of
+from sdh_sim.metrics import snapshot_of
 from sdh_sim.poses import rotation_of
 from sdh_sim.records import NO_TRUTH
 from sdh_sim.robot.palm_motion import minimum_jerk
-from sdh_sim.runs import RunFolder
 from sdh_sim.sensing import TactileSnapshot
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial.lift import HOLD_TIME, LIFT_TIME
@@ -132,9 +132,8 @@ def main(argv: list[str] | None = None) -> None:
     parser.add_argument("--workers", type=int, help="processes (default: one per core)")
     args = parser.parse_args(argv)
     try:
-        plan = RunFolder(args.run).read_plan()
-        _, rows = read_stored([RunFolder(args.run).table])
-        jobs = jobs_of(plan.settings, rows, plan.folders)
+        stored = read_runs([args.run])
+        jobs = jobs_of(stored.plan.settings, stored.rows, stored.folders)
     except (RecordError, RunError, SettingsError) as error:
         fail(str(error))
     if not jobs:

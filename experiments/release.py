@@ -19,6 +19,7 @@ from rich.table import Table
 
 from experiments.command_line import Parser, fail
 from experiments.score_table import score_cells, verdict_scores
+from experiments.stored_runs import tell
 from sdh_sim.analysis.comparison import Comparison, compare_scores, name_of
 from sdh_sim.analysis.moments import (
     MOMENT_COLUMNS,
@@ -31,7 +32,7 @@ from sdh_sim.analysis.trial_tables import without_surplus, without_truth
 from sdh_sim.errors import RecordError, RunError
 from sdh_sim.records import LIFT_OFF, SETTLED, columns_of, read_table, stack
 from sdh_sim.report.figure_style import colour_of, save, style
-from sdh_sim.runs import RunFolder
+from sdh_sim.runs import open_runs
 
 FOLDER = "release"
 WHOLE_HAND = LIFT_OFF + "q_whole_hand"
@@ -47,15 +48,17 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--out", type=Path, help=f"folder (default: {FOLDER} in the run)")
     args = parser.parse_args(argv)
     try:
-        path = RunFolder(args.run).table
-        if len(columns_of([path], NEEDED)) < len(NEEDED):
-            fail(f"{args.run} lacks columns; lift with --lift-off --settle metrics")
-        columns = ("success", "failure", "surplus", *NEEDED, *MOMENT_METRICS, *MOMENT_COLUMNS)
-        table = without_surplus(read_table(path, list(dict.fromkeys(columns))))
+        with open_runs([args.run]) as opened:
+            tell(opened)
+            path = opened[0].table
+            if len(columns_of([path], NEEDED)) < len(NEEDED):
+                fail(f"{args.run} lacks columns; lift with --lift-off --settle metrics")
+            columns = ("success", "failure", "surplus", *NEEDED, *MOMENT_METRICS, *MOMENT_COLUMNS)
+            table = without_surplus(read_table(path, list(dict.fromkeys(columns))))
     except (RecordError, RunError) as error:
         fail(str(error))
     verdict = of_settling(table)
-    moments = compare_moments(table, ~without_truth(table), np.random.default_rng(0))
+    moments = compare_moments(table, ~without_truth(table))
     console = Console(width=140)
     console.print(table_of(moments, verdict))
     for line in sentences(table):

@@ -23,9 +23,10 @@ from rich.table import Table
 import graspq as gq
 from experiments.command_line import Parser
 from experiments.parallel import run_all
+from experiments.stored_runs import read_runs
 from sdh_sim.analysis.comparison import auc
 from sdh_sim.errors import RecordError
-from sdh_sim.metrics import object_of, read_stored, snapshot_of
+from sdh_sim.metrics import object_of, snapshot_of
 from sdh_sim.objects import ObjectInfo
 from sdh_sim.poses import rotation_of
 from sdh_sim.records import NO_TRUTH
@@ -154,10 +155,11 @@ def _task(snapshot: TactileSnapshot, obj: ObjectInfo, radius: float) -> np.ndarr
 
 def read_grasps(run: Path) -> tuple[list[Grasp | None], np.ndarray]:
     """Grasps of a run and whether each held, without surplus and without trials without truth."""
-    _, rows = read_stored([run / "trials.parquet"])
-    kept = [r for r in rows if r["failure"] not in NO_TRUTH and not r.get("surplus")]
-    folders = RunFolder(run).read_plan().folders if (run / "run.json").exists() else {}
-    return [_grasp(row, folders) for row in kept], np.array([bool(r["success"]) for r in kept])
+    stored = read_runs([run])
+    kept = [r for r in stored.rows if r["failure"] not in NO_TRUTH and not r.get("surplus")]
+    return [_grasp(row, stored.folders) for row in kept], np.array(
+        [bool(r["success"]) for r in kept]
+    )
 
 
 def _grasp(row: dict[str, Any], folders: Mapping[str, ObjectFolder]) -> Grasp | None:
@@ -259,6 +261,7 @@ def draw(lines: Sequence[Line], count: int, path: Path) -> None:
     figure = Figure(figsize=(11, 2.75 * rows + 0.5), layout="constrained")
     axes = figure.subplots(rows, 4).ravel()
     styles = (("#0072b2", "L∞"), ("#d55e00", "L1"))
+    floor = min(0.4, min(min(*line.linf, *line.l1) for line in lines) - 0.02)
     for ax, (key, assumption) in zip(axes, ASSUMPTIONS.items(), strict=False):
         mine = [line for line in lines if line.key == key]
         x = [line.value for line in mine]
@@ -270,7 +273,7 @@ def draw(lines: Sequence[Line], count: int, path: Path) -> None:
         ax.axvline(assumption.default, color="#bbbbbb", lw=1, zorder=0)
         ax.set_xlabel(f"{assumption.name} [{assumption.unit}]" if assumption.unit else
                       assumption.name)  # fmt: skip
-        ax.set_ylim(0.4, 1.0)
+        ax.set_ylim(floor, 1.01)
         ax.spines[["top", "right"]].set_visible(False)
     for ax in axes[len(ASSUMPTIONS) :]:
         ax.set_axis_off()

@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from rich.console import Console
@@ -22,11 +22,11 @@ from rich.console import Console
 from experiments.command_line import Parser, at_least, fail
 from experiments.perceived_lift import Job, jobs_of, scores_of
 from experiments.score_table import score_table
+from experiments.stored_runs import read_runs
 from sdh_sim.analysis.comparison import Comparison, compare_scores, name_of
 from sdh_sim.errors import RecordError, RunError, SettingsError
-from sdh_sim.metrics import evaluate, grasp_of, read_stored
+from sdh_sim.metrics import evaluate, grasp_of
 from sdh_sim.robot import HandKinematics, hand_in, hand_kinematics
-from sdh_sim.runs import RunFolder
 from sdh_sim.sensing import PerceivedGrasp, add_tracking_error
 from sdh_sim.settings import TrialSettings
 from sdh_sim.settling import Allowed, Rubber, Settling, settle, settle_grasp
@@ -202,9 +202,8 @@ def main(argv: list[str] | None = None) -> None:
     args = parser.parse_args(argv)
     at_least(parser, args, trials=0)
     try:
-        plan = RunFolder(args.run).read_plan()
-        rows: list[dict[str, Any]] = read_stored([RunFolder(args.run).table])[1]
-        jobs = jobs_of(plan.settings, rows, plan.folders)
+        stored = read_runs([args.run])
+        jobs = jobs_of(stored.plan.settings, stored.rows, stored.folders)
     except (RecordError, RunError, SettingsError) as error:
         fail(str(error))
     jobs = jobs[: args.trials] if args.trials else jobs

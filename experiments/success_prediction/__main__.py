@@ -20,6 +20,7 @@ import pyarrow as pa
 
 from experiments.command_line import Parser, fail
 from experiments.parallel import run_all
+from experiments.stored_runs import read_runs
 from experiments.success_prediction import baselines
 from experiments.success_prediction.candidates import plain_candidates, wrench_candidates
 from experiments.success_prediction.load_reasons import load_section
@@ -42,14 +43,11 @@ from sdh_sim.analysis.moments import MOMENT_COLUMNS
 from sdh_sim.analysis.study import Study, study_of
 from sdh_sim.analysis.trial_tables import SURPLUS
 from sdh_sim.errors import RecordError, RunError, SettingsError
-from sdh_sim.metrics import read_stored
-from sdh_sim.records import columns_of, read_table
 from sdh_sim.report import write_report
 from sdh_sim.report.data_tables import write_table
 from sdh_sim.report.page import Paragraph, Section, Table
 from sdh_sim.report.sections import Draw
 from sdh_sim.report.table_cells import number, object_name, percent
-from sdh_sim.runs import RunFolder
 from sdh_sim.user_references import ObjectFolder
 
 FOLDER = "success_prediction"
@@ -58,36 +56,28 @@ FOLDER = "success_prediction"
 def main(argv: Sequence[str] | None = None) -> None:
     """Evaluate, compare, write the report."""
     args = _arguments(argv)
-    tables = [RunFolder(run).table if run.is_dir() else run for run in args.runs]
     try:
-        table, rows = read_stored(tables)
-    except RecordError as error:
+        stored = read_runs(args.runs)
+    except (RecordError, RunError) as error:
         fail(str(error))
-    if not rows:
-        fail(f"{args.runs[0]} holds no finished trial")
+    table, rows = stored.table, stored.rows
     unseen = unseen_contacts(rows, args.pads)
     rows = [{**row, "unsensed_contact": flag} for row, flag in zip(rows, unseen, strict=True)]
     variants = grid(args.full)
     in_parallel = functools.partial(run_all, title="metrics", workers=args.workers)
     try:
-        folders, pads = {}, set()
-        for run in args.runs:
-            if (run / "run.json").exists():
-                plan = RunFolder(run).read_plan()
-                folders |= plan.folders
-                pads.add(plan.settings.pads)
-        values = evaluated(rows, variants, in_parallel, folders)
+        pads = {plan.settings.pads for plan in stored.plans if plan is not None}
+        values = evaluated(rows, variants, in_parallel, stored.folders)
     except (SettingsError, RunError) as error:
         fail(str(error))
     table = _with_column(table, "unsensed_contact", pa.array(unseen))
     compared_table = with_pads(table, values, args.pads)
     if pads == {args.pads}:  # the metrics at lift-off are those of the run's own pads
-        compared_table = with_lift_off(compared_table, tables)
+        compared_table = with_lift_off(compared_table, stored.table)
     study = study_of(compared_table, tuple(REPORTED))
     results = assess(table, [*wrench_candidates(values), *plain_candidates(rows, table)])
     folder = args.out or args.runs[0] / FOLDER
     names = ", ".join(run.resolve().name for run in args.runs)
-    compared = study.findings[study.main, "q_linf"].comparison.n
 
     def sections(draw: Draw) -> list[Section]:
         found = [paper_section(study), metrics_section(results, draw)]
@@ -99,7 +89,7 @@ def main(argv: Sequence[str] | None = None) -> None:
         page = write_report(
             study,
             folder,
-            f"Runs: {names}. {compared} trials, predictions from the {args.pads} pads.",
+            f"Runs: {names}. {study.compared} trials, predictions from the {args.pads} pads.",
             REFERENCE,
             sections,
         )
@@ -126,8 +116,6 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
         fail("several runs have no common folder: give --out")
     if args.out is None and not args.runs[0].is_dir():
         fail(f"{args.runs[0]} is not a run folder: give one, or --out")
-    if len({run.resolve() for run in args.runs}) != len(args.runs):
-        fail("a run is given twice; its trials would count double")
     return args
 
 
@@ -165,12 +153,10 @@ def with_pads(table: pa.Table, values: dict[Variant, np.ndarray], pads: str) -> 
     return table
 
 
-def with_lift_off(table: pa.Table, paths: Sequence[Path]) -> pa.Table:
-    """The table with the task scalings at lift-off, where all of its files have them."""
-    names = columns_of(paths, MOMENT_COLUMNS)
-    parts = [read_table(path, names) for path in paths] if names else []
-    for name in names:
-        table = _with_column(table, name, pa.concat_tables(parts).column(name))
+def with_lift_off(table: pa.Table, stored: pa.Table) -> pa.Table:
+    """The table with the task scalings at lift-off, where all of the runs have them."""
+    for name in (name for name in MOMENT_COLUMNS if name in stored.column_names):
+        table = _with_column(table, name, stored.column(name))
     return table
 
 

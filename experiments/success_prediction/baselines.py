@@ -52,13 +52,21 @@ def joint_features(row: Mapping[str, Any]) -> list[float]:
 
 
 def object_features(row: Mapping[str, Any]) -> list[float]:
-    """What the wrench-based metrics know as well: the object's pose in the hand, mass, friction."""
+    """What the wrench-based metrics know as well: the object's pose in the hand, mass, friction.
+
+    As they were perceived where errors of perception were asked for, as the metrics got them.
+    """
+    pose = "object_pose_hand" if row.get("perceived_pose_hand") is None else "perceived_pose_hand"
     return [
-        *_numbers(row, "object_pose_hand", 7),
+        *_numbers(row, pose, 7),
         *_numbers(row, "hand_pose_world", 7),
-        float(row.get("mass_kg") or 0.0),
-        float(row.get("friction") or 0.0),
+        *(_perceived(row, "mass_kg"), _perceived(row, "friction")),
     ]
+
+
+def _perceived(row: Mapping[str, Any], name: str) -> float:
+    value = row.get(f"perceived_{name}")
+    return float((row.get(name) if value is None else value) or 0.0)
 
 
 def _numbers(row: Mapping[str, Any], name: str, size: int) -> list[float]:
@@ -82,7 +90,8 @@ def logistic_scores(features: np.ndarray, success: np.ndarray, fold: np.ndarray)
     Args:
         features: (n, d).
         success: (n,) bool, each outcome at least five times outside of every fold.
-        fold: (n,) fold of each grasp.
+        fold: (n,) fold of each grasp: random ones, or one per object to predict objects that the
+            model has not seen.
     """
     from sklearn.linear_model import LogisticRegression  # pyright: ignore[reportMissingImports]
     from sklearn.model_selection import (  # pyright: ignore[reportMissingImports]

@@ -54,17 +54,33 @@ def plain_candidates(rows: Sequence[Mapping[str, Any]], table: pa.Table) -> list
         ("tactile and joints", (tactile, joints)),
         ("tactile, joints, object pose", (tactile, joints, known)),
     ):
-        scores = _learn(np.hstack(features), table)
-        if scores is not None:
-            found.append(Candidate("logistic regression", text, "all", scores, boundary=0.5))
+        for unseen in (False, True):
+            scores = _learn(np.hstack(features), table, unseen)
+            if scores is not None:
+                words = text + (", unseen objects" if unseen else "")
+                found.append(Candidate("logistic regression", words, "all", scores, boundary=0.5))
     return found
 
 
-def _learn(features: np.ndarray, table: pa.Table) -> np.ndarray | None:
-    """Each grasp's score by a model trained on the other folds; None with too few outcomes."""
+def _learn(features: np.ndarray, table: pa.Table, unseen: bool) -> np.ndarray | None:
+    """Each grasp's score by a model trained on the other folds; None with too few outcomes.
+
+    Args:
+        features: (n, d).
+        table: of the trials.
+        unseen: train on the other objects instead of on the other random folds; None is given
+            where there is one object alone.
+    """
     success, usable, fold = folds_and_outcomes(table)
-    if min(np.sum(success & usable), np.sum(~success & usable)) < FEWEST_TO_LEARN:
-        return None
+    if unseen:
+        names = table.column("object").to_pylist()
+        fold = np.unique(names, return_inverse=True)[1]
+        if fold.max() == 0:
+            return None
+    for k in np.unique(fold[usable]):
+        train = usable & (fold != k)
+        if min(np.sum(success & train), np.sum(~success & train)) < FEWEST_TO_LEARN:
+            return None
     scores = np.full(len(success), np.nan)
     scores[usable] = baselines.logistic_scores(features[usable], success[usable], fold[usable])
     return scores

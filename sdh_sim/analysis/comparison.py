@@ -18,10 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pyarrow as pa
-import scipy.stats
 
 from sdh_sim.analysis.proportion import Proportion
-from sdh_sim.analysis.resampling import RESAMPLES, RankedScores, interval, stratified_weights
+from sdh_sim.analysis.roc_area import auc, auc_interval
 from sdh_sim.analysis.trial_tables import (
     COMPARED,
     groups_of,
@@ -72,7 +71,7 @@ class Comparison:
         tp, fp: trials predicted to succeed that did; that did not.
         tn, fn: trials predicted to fail that did; that succeeded.
         auc: area under the ROC curve, None where one class is empty.
-        auc_interval: its 95 % bootstrap interval, or None.
+        auc_interval: its 95 % score interval, None where ``auc`` is.
         no_contact: trials among them in which the hand did not touch the object.
         no_contact_right: those of them that were predicted to fail.
         missing: trials without the metric; see ``drops_missing`` for what becomes of them.
@@ -160,44 +159,6 @@ class Comparison:
         return self.metric.startswith("q_")
 
 
-def auc(scores: np.ndarray, success: np.ndarray) -> float | None:
-    """Area under the ROC curve: P(score of a success > of a failure) + P(equal) / 2.
-
-    Args:
-        scores: (n,) any real numbers, infinities included.
-        success: (n,) bool.
-
-    Returns:
-        Mann-Whitney's U over the number of pairs; None where one class is empty.
-    """
-    pairs = int(success.sum()) * int((~success).sum())
-    if not pairs:
-        return None
-    # Ranks, since SciPy 1.13 takes infinities of both signs for NaN. U is the same by any
-    # method; "asymptotic" is the quickest to its p-value, which is not used.
-    ranks = scipy.stats.rankdata(scores)
-    u = scipy.stats.mannwhitneyu(ranks[success], ranks[~success], method="asymptotic").statistic
-    return float(u) / pairs
-
-
-def auc_interval(
-    scores: np.ndarray,
-    success: np.ndarray,
-    rng: np.random.Generator,
-    resamples: int = RESAMPLES,
-) -> tuple[float, float] | None:
-    """95 % percentile bootstrap interval of the area under the ROC curve.
-
-    Successes and failures are resampled each among themselves. None where there are fewer than
-    two of either, since all resamples of one grasp are alike.
-    """
-    if success.sum() < 2 or (~success).sum() < 2:
-        return None
-    ranked = RankedScores.of(scores, success)
-    blocks = stratified_weights(success, rng, resamples)
-    return interval(np.concatenate([ranked.roc_areas(weights) for weights in blocks]))
-
-
 def compare_scores(
     scores: np.ndarray,
     success: np.ndarray,
@@ -238,8 +199,7 @@ def compare_scores(
         tn=int(np.sum(~predicted & ~success)),
         fn=int(np.sum(~predicted & success)),
         auc=auc(scores, success),
-        # Seeded here: the same trials give the same interval, whatever else is compared.
-        auc_interval=auc_interval(scores, success, np.random.default_rng(0)),
+        auc_interval=auc_interval(scores, success),
         no_contact=int(apart.sum()),
         no_contact_right=int(np.sum(apart & ~predicted & ~success)),
         missing=int(missing.sum()),

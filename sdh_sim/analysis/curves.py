@@ -6,13 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sdh_sim.analysis.resampling import (
-    RESAMPLES,
-    Interval,
-    RankedScores,
-    interval,
-    stratified_weights,
-)
+from sdh_sim.analysis.proportion import wilson_interval
+from sdh_sim.analysis.resampling import RESAMPLES, Interval, RankedScores, stratified_weights
+from sdh_sim.analysis.roc_area import FEWEST, auc_interval
 
 GRID = np.linspace(0.0, 1.0, 101)
 GRID.setflags(write=False)
@@ -26,7 +22,8 @@ class Curve:
         thresholds: (m,) falling; success is predicted for scores of at least this much; of
             the ROC curve the first is +inf, where no trial is predicted to succeed.
         x, y: (m,) the curve at each threshold.
-        low, high: (101,) 95 % band of y at the x of ``GRID``.
+        band: lower and upper end, (101,) each, of the 95 % bootstrap band of y at the x of
+            ``GRID``; None with fewer than ten of an outcome, where it would promise too much.
         area: area under it.
         area_interval: its 95 % interval.
     """
@@ -34,8 +31,7 @@ class Curve:
     thresholds: np.ndarray
     x: np.ndarray
     y: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
+    band: tuple[np.ndarray, np.ndarray] | None
     area: float
     area_interval: Interval
 
@@ -57,16 +53,24 @@ def roc(
         return None
     ranked = RankedScores.of(scores, success)
     x, y = ranked.roc_points()
-    bands, areas = [], []
+    bands = []
     for weights in stratified_weights(success, rng, resamples):
         xs, ys = ranked.roc_points(weights)
         # Where the curve steps, the band takes the upper end of the step.
-        bands.append([np.interp(GRID, _strictly_rising(a), b) for a, b in zip(xs, ys, strict=True)])
-        areas.append(np.trapezoid(ys, xs, axis=1))
-    low, high = np.quantile(np.concatenate(bands), [0.025, 0.975], axis=0)
+        bands += [np.interp(GRID, _strictly_rising(a), b) for a, b in zip(xs, ys, strict=True)]
     area = float(np.trapezoid(y[0], x[0]))
     thresholds = np.concatenate(([np.inf], ranked.levels))
-    return Curve(thresholds, x[0], y[0], low, high, area, interval(np.concatenate(areas)))
+    bounds = auc_interval(scores, success)
+    assert bounds is not None  # both outcomes occur
+    return Curve(thresholds, x[0], y[0], _band(bands, success), area, bounds)
+
+
+def _band(curves: list[np.ndarray], success: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """The band of resampled curves (101,) each."""
+    if min(success.sum(), (~success).sum()) < FEWEST:
+        return None
+    low, high = np.quantile(np.array(curves), [0.025, 0.975], axis=0)
+    return low, high
 
 
 def _strictly_rising(x: np.ndarray) -> np.ndarray:
@@ -82,23 +86,26 @@ def precision_recall(
 ) -> Curve | None:
     """Precision over recall; the area is the average precision Σ (R_k - R_{k-1}) P_k.
 
+    Its interval is Wilson's of a share of the successes: K. Boyd, K. H. Eng and C. D. Page, Area
+    under the precision-recall curve: point estimates and confidence intervals, ECML PKDD 2013, with
+    Wilson's in the place of their binomial interval, which is a point where the area is 1.
+
     Arguments as for ``roc``; None with fewer than two successes.
     """
     if success.sum() < 2:
         return None
     ranked = RankedScores.of(scores, success)
     x, y = _precision(*ranked.counts())
-    bands, areas = [], []
+    bands = []
     for weights in stratified_weights(success, rng, resamples):
         xs, ys = _precision(*ranked.counts(weights))
         for recall, precision in zip(xs, ys, strict=True):
             # The precision at a recall is that of the first threshold that reaches it.
             first = np.searchsorted(recall, GRID - 1e-12)
             bands.append(precision[np.minimum(first, len(recall) - 1)])
-        areas.append(_average_precision(xs, ys))
-    low, high = np.quantile(np.array(bands), [0.025, 0.975], axis=0)
-    area = float(_average_precision(x, y)[0])
-    return Curve(ranked.levels, x[0], y[0], low, high, area, interval(np.concatenate(areas)))
+    area = min(float(_average_precision(x, y)[0]), 1.0)  # a sum of shares, rounded
+    bounds = wilson_interval(area * success.sum(), int(success.sum()))
+    return Curve(ranked.levels, x[0], y[0], _band(bands, success), area, bounds)
 
 
 def _precision(good: np.ndarray, bad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

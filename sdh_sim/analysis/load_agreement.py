@@ -4,11 +4,14 @@ Both are in weights of the object. q_sim is 0 for a grasp that does not hold the
 weight. The ratio q*/q_sim is then infinite, or 1 where q* says so too: every trial counts, so that
 all metrics are compared on the same ones. Where the grasp still held at the largest load tried,
 q_sim is that load: such a trial counts in the rank correlation, but has no ratio.
+
+The counts of what a metric says add up to the trials: see ``Agreement``.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +19,7 @@ import scipy.stats
 
 from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.analysis.resampling import RESAMPLES, Interval, interval
+from sdh_sim.analysis.roc_area import FEWEST
 
 
 @dataclass(frozen=True)
@@ -27,7 +31,7 @@ class RatioSummary:
     Attributes:
         n: number of ratios.
         median: above 1 where the metric overestimates the load.
-        median_interval: its 95 % bootstrap interval.
+        median_interval: its 95 % interval by order statistics (``median_interval``).
         quartiles: the lower and the upper one.
         spread: factor to either side of the middle that spans 68 % of the ratios, infinite where 16
             % of them are 0 or infinite; for a log-normal distribution exp(standard deviation).
@@ -53,22 +57,30 @@ def load_ratios(q: np.ndarray, q_sim: np.ndarray, capped: np.ndarray) -> np.ndar
         return np.where((q == 0.0) & (q_sim == 0.0), 1.0, q / q_sim)
 
 
-def summarise_ratios(
-    ratios: np.ndarray, rng: np.random.Generator, resamples: int = RESAMPLES
-) -> RatioSummary | None:
+def median_interval(values: np.ndarray) -> Interval:
+    """95 % interval of the median of the distribution that values (k,) are drawn from.
+
+    Between two order statistics, exact for any distribution (the count below the median is
+    binomial); from 0 to infinity for fewer than six values, none of which may be negative.
+    """
+    low = int(scipy.stats.binom.ppf(0.025, len(values), 0.5))
+    if not low:
+        return 0.0, math.inf
+    ordered = np.sort(values)
+    return float(ordered[low - 1]), float(ordered[-low])
+
+
+def summarise_ratios(ratios: np.ndarray) -> RatioSummary | None:
     """Summary of ratios (k,), of which there may be 0 and infinity; None of none."""
     if not len(ratios):
         return None
     left, low, median, high, right = np.quantile(
         ratios, (0.16, 0.25, 0.5, 0.75, 0.84), method="nearest"
     )
-    draws = ratios[rng.integers(len(ratios), size=(resamples, len(ratios)))]
-    medians = np.quantile(draws, 0.5, axis=1, method="nearest")
-    bounds = np.quantile(medians, (0.025, 0.975), method="nearest")
     return RatioSummary(
         len(ratios),
         float(median),
-        (float(bounds[0]), float(bounds[1])),
+        median_interval(ratios),
         (float(low), float(high)),
         math.sqrt(right / left) if left > 0.0 and math.isfinite(right) else math.inf,
     )
@@ -81,12 +93,14 @@ class Agreement:
     Attributes:
         n: trials with both numbers.
         spearman: rank correlation; None where either is constant or n < 3.
-        spearman_interval: its 95 % bootstrap interval.
+        spearman_interval: its 95 % bootstrap interval; None for fewer than ten trials.
         ratio: summary of q*/q_sim over all trials that gave way; None if there are none.
         below: share of the trials with q* <= q_sim, those that held the largest load included.
+        capped: trials that held the largest load. The others gave way, and of them
+        both: trials where q* and q_sim are above 0.
         zero: trials where q* is not above 0 though the grasp held a load.
         dropped: trials where the grasp held no load though q* is above 0.
-        capped: trials that held the largest load.
+        neither: trials where the grasp held no load and q* is not above 0.
     """
 
     n: int
@@ -94,9 +108,11 @@ class Agreement:
     spearman_interval: Interval | None
     ratio: RatioSummary | None
     below: Proportion
+    capped: int
+    both: int
     zero: int
     dropped: int
-    capped: int
+    neither: int
 
 
 def spearman(x: np.ndarray, y: np.ndarray) -> float | None:
@@ -138,14 +154,58 @@ def agree(
     """
     q = np.where(np.isnan(q), 0.0, q)
     correlation = spearman(q, q_sim)
-    ranked = None if correlation is None else _spearman_interval(q, q_sim, rng, resamples)
+    ranked = None
+    if correlation is not None and len(q) >= FEWEST:
+        ranked = _spearman_interval(q, q_sim, rng, resamples)
+    promised, held, gave_way = q > 0, q_sim > 0, ~capped
     return Agreement(
         n=len(q),
         spearman=correlation,
         spearman_interval=ranked,
-        ratio=summarise_ratios(load_ratios(q, q_sim, capped), rng, resamples),
+        ratio=summarise_ratios(load_ratios(q, q_sim, capped)),
         below=Proportion(int((q <= q_sim).sum()), len(q)),
-        zero=int(((q <= 0) & (q_sim > 0)).sum()),
-        dropped=int(((q > 0) & (q_sim <= 0)).sum()),
         capped=int(capped.sum()),
+        both=int((gave_way & promised & held).sum()),
+        zero=int((gave_way & ~promised & held).sum()),
+        dropped=int((gave_way & promised & ~held).sum()),
+        neither=int((gave_way & ~promised & ~held).sum()),
     )
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """Which of several metrics is nearest to q_sim by the median of q*/q_sim.
+
+    Attributes:
+        metric: its name.
+        share: of the resamples of the trials, the same for all metrics, in which it is so.
+        runner_up: the metric that is nearest in most of the others; None where there are none.
+    """
+
+    metric: str
+    share: float
+    runner_up: str | None
+
+
+def find_nearest(
+    ratios: Mapping[str, np.ndarray], rng: np.random.Generator, resamples: int = RESAMPLES
+) -> Nearest | None:
+    """The metric whose median ratio is nearest to 1 as a factor; None of none.
+
+    Args:
+        ratios: by metric (k,), of the same trials in the same order.
+        rng, resamples: of the bootstrap over trials.
+    """
+    names = list(ratios)
+    if not names or not len(ratios[names[0]]):
+        return None
+    every = np.array([ratios[name] for name in names])
+    with np.errstate(divide="ignore"):
+        off = np.abs(np.log(np.quantile(every, 0.5, axis=1, method="nearest")))
+        drawn = rng.integers(every.shape[1], size=(resamples, every.shape[1]))
+        medians = [np.quantile(row[drawn], 0.5, axis=1, method="nearest") for row in every]
+        first = np.abs(np.log(medians)).argmin(axis=0)
+    wins = np.bincount(first, minlength=len(names)) / resamples
+    best = int(off.argmin())
+    others = [k for k in np.argsort(-wins, kind="stable") if k != best and wins[k] > 0]
+    return Nearest(names[best], float(wins[best]), names[others[0]] if others else None)

@@ -9,7 +9,6 @@ import pyarrow as pa
 
 from sdh_sim.analysis.comparison import ALL_METRICS, THRESHOLD, Comparison, compare_scores
 from sdh_sim.analysis.paired_metrics import Paired, compare_pair
-from sdh_sim.analysis.resampling import RESAMPLES
 from sdh_sim.records import LIFT_OFF, SETTLED, stack
 
 MOMENTS = {LIFT_OFF: "at lift-off", SETTLED: "where it settles"}
@@ -39,16 +38,13 @@ class TwoMoments:
     paired: Paired
 
 
-def compare_moments(
-    table: pa.Table, usable: np.ndarray, rng: np.random.Generator, resamples: int = RESAMPLES
-) -> tuple[TwoMoments, ...]:
+def compare_moments(table: pa.Table, usable: np.ndarray) -> tuple[TwoMoments, ...]:
     """Every q* at every moment that a table has.
 
     Args:
         table: of trials.
         usable: trials with an outcome (n,) bool; of those, the ones that were looked at in the
             later moment are compared, which a hand that never touched the object was not.
-        rng, resamples: of the bootstrap.
     """
     found = []
     success = np.array(table.column("success").to_pylist(), dtype=bool)
@@ -69,7 +65,7 @@ def compare_moments(
                     prefix,
                     compare_scores(first, success[seen], metric=metric),
                     compare_scores(second, success[seen], metric=prefix + metric),
-                    compare_pair(second, first, success[seen], THRESHOLD, rng, resamples),
+                    compare_pair(second, first, success[seen], THRESHOLD),
                 )
             )
     return tuple(found)

@@ -8,13 +8,7 @@ import numpy as np
 import scipy.stats
 
 from sdh_sim.analysis.proportion import Proportion
-from sdh_sim.analysis.resampling import (
-    RESAMPLES,
-    Interval,
-    RankedScores,
-    interval,
-    stratified_weights,
-)
+from sdh_sim.analysis.roc_area import AreaDifference, compare_areas
 
 
 @dataclass(frozen=True)
@@ -28,9 +22,7 @@ class Paired:
         first_optimistic: of the trials that the first alone predicts to succeed, those that did.
         second_optimistic: the same for the second.
         p_value: of McNemar's exact two-sided test that both are wrong equally often.
-        area_difference: area under the ROC curve, first less second; None where a class has
-            fewer than two members.
-        area_interval: its 95 % interval from paired resamples.
+        areas: area under the ROC curve, first less second; None where a class is empty.
     """
 
     n: int
@@ -40,8 +32,7 @@ class Paired:
     first_optimistic: Proportion
     second_optimistic: Proportion
     p_value: float
-    area_difference: float | None
-    area_interval: Interval | None
+    areas: AreaDifference | None
 
 
 def mcnemar(only_first: int, only_second: int) -> float:
@@ -62,8 +53,6 @@ def compare_pair(
     second: np.ndarray,
     success: np.ndarray,
     threshold: float,
-    rng: np.random.Generator,
-    resamples: int = RESAMPLES,
 ) -> Paired:
     """Compare two metrics on the same trials.
 
@@ -71,22 +60,9 @@ def compare_pair(
         first, second: (n,) without NaN.
         success: (n,) bool.
         threshold: success is predicted above it by both.
-        rng, resamples: of the bootstrap, successes and failures separately.
     """
     a, b = first > threshold, second > threshold
     only_a, only_b = (a == success) & (b != success), (b == success) & (a != success)
-    difference = bounds = None
-    if success.sum() >= 2 and (~success).sum() >= 2:
-        rankings = RankedScores.of(first, success), RankedScores.of(second, success)
-        difference = float(rankings[0].roc_areas()[0] - rankings[1].roc_areas()[0])
-        bounds = interval(
-            np.concatenate(
-                [
-                    rankings[0].roc_areas(weights) - rankings[1].roc_areas(weights)
-                    for weights in stratified_weights(success, rng, resamples)
-                ]
-            )
-        )
     return Paired(
         n=len(success),
         disagree=Proportion(int((a != b).sum()), len(success)),
@@ -95,6 +71,5 @@ def compare_pair(
         first_optimistic=Proportion(int((a & ~b & success).sum()), int((a & ~b).sum())),
         second_optimistic=Proportion(int((b & ~a & success).sum()), int((b & ~a).sum())),
         p_value=mcnemar(int(only_a.sum()), int(only_b.sum())),
-        area_difference=difference,
-        area_interval=bounds,
+        areas=compare_areas(first, second, success),
     )

@@ -34,7 +34,7 @@ class Proportion:
         return f"{100 * self.value:.0f} ({100 * low:.0f}–{100 * high:.0f})"
 
 
-def wilson_interval(k: int, n: int) -> tuple[float, float]:
+def wilson_interval(k: float, n: int) -> tuple[float, float]:
     """Wilson's score interval of k of n, n > 0; 0 where k is 0 and 1 where k is n, exactly.
 
     E. B. Wilson: Probable inference, the law of succession, and statistical inference.

@@ -15,7 +15,13 @@ from sdh_sim.analysis import comparison as compare
 from sdh_sim.analysis import trial_tables
 from sdh_sim.analysis.comparison import METRICS, THRESHOLD, Comparison
 from sdh_sim.analysis.curves import Curve, precision_recall, roc
-from sdh_sim.analysis.load_agreement import Agreement, agree
+from sdh_sim.analysis.load_agreement import (
+    Agreement,
+    Nearest,
+    agree,
+    find_nearest,
+    load_ratios,
+)
 from sdh_sim.analysis.moments import (
     MOMENT_COLUMNS,
     MOMENT_METRICS,
@@ -34,7 +40,8 @@ from sdh_sim.analysis.thresholds import (
 from sdh_sim.records import columns_of, stack
 
 LOAD = ("q_sim", "q_sim_capped")
-EVERY, SEEN = "all", "no unseen contact"  # subsets of the load test's trials
+EVERY, SEEN, HELD, LOST = "all", "no unseen contact", "held", "not held"
+"""Subsets of the load test's trials: the last two by the outcome of the lift."""
 
 
 @dataclass(frozen=True)
@@ -104,9 +111,12 @@ class Study:
         paired: L-infinity against L1 at threshold 1, by group.
         agreement: q* against q_sim by group, metric and subset; empty without load tests.
         load: the trials that were load-tested, by metric; empty without load tests.
+        nearest: the metric whose median of q*/q_sim is nearest to 1; None without load tests.
         moments: every q* before the lift and at later moments; empty where none was looked at.
         surplus: number of trials left out because they exceed their object's share in a preset.
         read: number of trials read, those left out included.
+        compared: number of trials with an outcome that are no surplus; a metric that lacks values
+            is compared on fewer.
     """
 
     metrics: tuple[str, ...]
@@ -115,9 +125,11 @@ class Study:
     paired: dict[str, Paired]
     agreement: dict[tuple[str, str, str], Agreement]
     load: dict[str, LoadTested]
+    nearest: Nearest | None
     moments: tuple[TwoMoments, ...]
     surplus: int
     read: int
+    compared: int
 
     @property
     def main(self) -> str:
@@ -190,10 +202,9 @@ def study_of(
             scored = Scored(_filled(columns[metric])[keep], success[keep], fold[keep])
             findings[group, metric] = _finding(comparisons[group, metric], scored, resamples)
         first, second = (findings[group, m].scored for m in METRICS)
-        paired[group] = compare_pair(
-            first.scores, second.scores, first.success, THRESHOLD, seeded("paired"), resamples
-        )
+        paired[group] = compare_pair(first.scores, second.scores, first.success, THRESHOLD)
     agreement, load = _load(table, groups, metrics, columns, usable, resamples)
+    ratios = {m: load_ratios(t.q, t.q_sim, t.capped) for m, t in load.items()}
     return Study(
         metrics=tuple(metrics),
         groups=tuple(groups),
@@ -201,15 +212,16 @@ def study_of(
         paired=paired,
         agreement=agreement,
         load=load,
-        moments=compare_moments(table, usable, seeded("moments"), resamples),
+        nearest=find_nearest(ratios, seeded("nearest"), resamples),
+        moments=compare_moments(table, usable),
         surplus=read - table.num_rows,
         read=read,
+        compared=int(usable.sum()),
     )
 
 
 def _finding(comparison: Comparison, scored: Scored, resamples: int) -> Finding:
     scores, success, fold = scored.scores, scored.success, scored.fold
-    # Seed 0, as for the interval in ``Comparison``: figure and table show the same one.
     return Finding(
         comparison=comparison,
         scored=scored,
@@ -235,6 +247,7 @@ def _load(
     unsensed = np.zeros(len(q_sim), dtype=bool)
     if "unsensed_contact" in table.column_names:
         unsensed = _flags(table.column("unsensed_contact"))
+    success = _flags(table.column("success"))
     tested = usable & ~np.isnan(q_sim)
     if not tested.any():
         return {}, {}
@@ -243,7 +256,10 @@ def _load(
         q = _filled(columns[metric])
         load[metric] = LoadTested(q[tested], q_sim[tested], capped[tested], unsensed[tested])
         for group, members in groups.items():
-            for subset, part in ((EVERY, tested), (SEEN, tested & ~unsensed)):
+            for subset, part in (
+                *((EVERY, tested), (SEEN, tested & ~unsensed)),
+                *((HELD, tested & success), (LOST, tested & ~success)),
+            ):
                 keep = members & part
                 agreement[group, metric, subset] = agree(
                     q[keep], q_sim[keep], capped[keep], seeded("agreement"), resamples

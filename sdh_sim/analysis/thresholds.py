@@ -8,10 +8,12 @@ import numpy as np
 
 from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.analysis.resampling import RESAMPLES, RankedScores, stratified_weights
+from sdh_sim.analysis.roc_area import FEWEST
 
 FOLDS = 10
 TARGETS = np.round(np.arange(0.0, 0.505, 0.01), 2)  # desired false positive rates
 TARGETS.setflags(write=False)
+LOWEST = float(np.finfo(float).min)  # a threshold that every score but -inf exceeds
 
 
 def assign_folds(strata: np.ndarray, rng: np.random.Generator, folds: int = FOLDS) -> np.ndarray:
@@ -32,8 +34,16 @@ def assign_folds(strata: np.ndarray, rng: np.random.Generator, folds: int = FOLD
     return fold
 
 
+def exceeds(scores: np.ndarray, threshold: float) -> np.ndarray:
+    """Where success is predicted (n,) bool: above the threshold, and everywhere where it is -inf.
+
+    So that success can be predicted throughout even where scores of -inf are among them.
+    """
+    return (scores > threshold) | (threshold == -np.inf)
+
+
 def best_threshold(scores: np.ndarray, success: np.ndarray) -> float:
-    """The threshold t of the most accurate prediction "succeeds where score > t".
+    """The threshold t of the most accurate prediction "succeeds where score ``exceeds`` t".
 
     It lies midway between two neighbouring scores; of several that are equally accurate the
     middle one is taken. -inf where it is most accurate to predict success throughout.
@@ -54,10 +64,11 @@ def _between(levels: np.ndarray, above: int) -> float:
     """A threshold that the first ``above`` of the falling levels exceed, and no other does."""
     if above == len(levels):
         return -np.inf
+    lower = max(float(levels[above]), LOWEST)
     if above == 0:
-        return float(levels[0])
-    upper, lower = float(levels[above - 1]), float(levels[above])
-    if np.isfinite(upper) and np.isfinite(lower):
+        return lower
+    upper = float(levels[above - 1])
+    if np.isfinite(upper) and lower > LOWEST:
         middle = 0.5 * (upper + lower)
         return middle if lower <= middle < upper else lower
     return float(np.nextafter(upper, -np.inf)) if np.isfinite(upper) else lower
@@ -94,7 +105,7 @@ def cross_validate(scores: np.ndarray, success: np.ndarray, fold: np.ndarray) ->
     for k in np.unique(fold):
         held_out = fold == k
         threshold = best_threshold(scores[~held_out], success[~held_out])
-        predicted[held_out] = scores[held_out] > threshold
+        predicted[held_out] = exceeds(scores[held_out], threshold)
         chosen.append(threshold)
     good, bad = int(success.sum()), int((~success).sum())
     tp, tn = int((predicted & success).sum()), int((~predicted & ~success).sum())
@@ -112,7 +123,9 @@ def threshold_for(scores: np.ndarray, success: np.ndarray, target: float) -> flo
     """Smallest threshold that at most a share ``target`` of the failures exceeds."""
     failing = np.sort(scores[~success])[::-1]
     allowed = int(np.floor(target * len(failing) + 1e-9))
-    return float(failing[allowed]) if allowed < len(failing) else -np.inf
+    if allowed >= len(failing):
+        return -np.inf
+    return max(float(failing[allowed]), LOWEST)
 
 
 @dataclass(frozen=True)
@@ -145,7 +158,7 @@ def calibrate(
     resamples: int = RESAMPLES,
     targets: np.ndarray = TARGETS,
 ) -> Calibration | None:
-    """Threshold for each desired false positive rate; None with fewer than two of an outcome.
+    """Threshold for each desired false positive rate; None with fewer than ten of an outcome.
 
     Args:
         scores: (n,) without NaN.
@@ -154,7 +167,7 @@ def calibrate(
         rng, resamples: of the bootstrap, successes and failures separately.
         targets: (k,) desired false positive rates.
     """
-    if success.sum() < 2 or (~success).sum() < 2:
+    if min(success.sum(), (~success).sum()) < FEWEST:
         return None
     ranked = RankedScores.of(scores, success)
     threshold, tpr = _at_targets(ranked, None, targets)
@@ -189,7 +202,7 @@ def _at_targets(
     # Column j: trials strictly above level j; the last column: all trials.
     above_good = np.concatenate((zero, good), axis=1)
     above_bad = np.concatenate((zero, bad), axis=1)
-    levels = np.append(ranked.levels, -np.inf)
+    levels = np.append(np.maximum(ranked.levels, LOWEST), -np.inf)
     rows = np.arange(len(good))
     thresholds, rates = np.empty((2, len(good), len(targets)))
     for k, target in enumerate(targets):
@@ -207,6 +220,6 @@ def _achieved(
     for k in np.unique(fold):
         held_out = (fold == k) & ~success
         threshold = threshold_for(scores[fold != k], success[fold != k], target)
-        passed += int((scores[held_out] > threshold).sum())
+        passed += int(exceeds(scores[held_out], threshold).sum())
         total += int(held_out.sum())
     return Proportion(passed, total)

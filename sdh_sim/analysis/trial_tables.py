@@ -109,10 +109,14 @@ def infeasible_of(table: pa.Table) -> np.ndarray:
 
 
 def surplus_of(table: pa.Table) -> np.ndarray:
-    """Trials that exceed their object's share in a preset and do not count; (n,) bool."""
+    """Trials that exceed their object's share in a preset and do not count; (n,) bool.
+
+    Tables of earlier versions flag trials without an outcome too; they are not taken for surplus.
+    """
     if SURPLUS not in table.column_names:
         return np.zeros(table.num_rows, dtype=bool)
-    return np.array([bool(value) for value in table.column(SURPLUS).to_pylist()], dtype=bool)
+    flags = np.array([bool(value) for value in table.column(SURPLUS).to_pylist()], dtype=bool)
+    return flags & ~without_truth(table)
 
 
 def without_surplus(table: pa.Table) -> pa.Table:

@@ -69,14 +69,17 @@ def trials_needed(found: Mapping[str, Share], trials: int) -> int:
 
 
 def mark_surplus(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Rows in the order of trials, ``surplus`` set on those beyond their share."""
+    """Rows in the order of trials, ``surplus`` set on those beyond their share.
+
+    Trials without an outcome are no surplus: a comparison counts them as what they are.
+    """
     taken: Counter[tuple[str, bool]] = Counter()
     marked = []
     for row in sorted(rows, key=lambda r: r["trial"]):
         kind = row["object"], row["success"]
         truth = row["failure"] not in NO_TRUTH
         taken[kind] += truth
-        beyond = not truth or taken[kind] > PAPER_SHARES.get(row["object"], 0)
+        beyond = truth and taken[kind] > PAPER_SHARES.get(row["object"], 0)
         marked.append({**row, "surplus": beyond})
     return marked
 

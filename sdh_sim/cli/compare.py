@@ -4,22 +4,26 @@ from __future__ import annotations
 
 import csv as csv_module
 import io
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
 from rich.table import Table
 
 from sdh_sim.analysis import comparison as statistics
-from sdh_sim.analysis import trial_tables
-from sdh_sim.analysis.comparison import ALL_METRICS, METRICS, Comparison, name_of
+from sdh_sim.analysis.comparison import (
+    ALL_METRICS,
+    METRICS,
+    Comparison,
+    drops_missing,
+    name_of,
+)
 from sdh_sim.analysis.moments import MOMENTS
 from sdh_sim.analysis.study import EVERY, Study, read_study
 from sdh_sim.atomic_files import write_atomic
 from sdh_sim.cli.console import output, plain_table
 from sdh_sim.errors import RunError
 from sdh_sim.records import is_metric
-from sdh_sim.runs import RunFolder
+from sdh_sim.runs import notes_on, open_runs
 
 DASH = "-"
 REPORT = "report"  # folder inside a run's own
@@ -47,18 +51,10 @@ def compare(
     Raises:
         RunError: a run or a place to write that cannot be used.
     """
-    places = [_table_of(run).resolve() for run in runs]
-    for run, place in zip(runs, places, strict=True):
-        if places.count(place) > 1:
-            raise RunError(f"{run} is given twice; its trials would count double: give it once")
-    with tempfile.TemporaryDirectory(prefix="sdh-sim-") as scratch:
-        tables = []
-        for number, (run, place) in enumerate(zip(runs, places, strict=True)):
-            folder = Path(scratch) / str(number)
-            folder.mkdir()
-            # Trials of a run that goes on, or was killed, are not all in its table yet.
-            tables.append(RunFolder(run).whole_table(folder) if run.is_dir() else place)
+    with open_runs(runs) as opened:
+        tables = [run.table for run in opened]
         study = read_study(tables, ALL_METRICS if every else METRICS, by_hand=by_hand)
+        about_runs = notes_on(opened)
     if not study.read:
         raise RunError(f"{runs[0]} holds no finished trial yet; continue it with --resume first")
     if csv is not None:
@@ -67,7 +63,7 @@ def compare(
     output().print(metric_table(study))
     for prefix in dict.fromkeys(m.moment for m in study.moments):
         output().print(moment_table(study, prefix))
-    for line in [*notes(study.comparisons, runs), *study_notes(study)]:
+    for line in [*notes(study.comparisons), *study_notes(study), *about_runs]:
         output().print(line, markup=False, soft_wrap=True)
     if pages:
         output().print(_report(study, runs, report), markup=False, soft_wrap=True)
@@ -82,8 +78,7 @@ def _report(study: Study, runs: Sequence[Path], folder: Path | None) -> str:
     from sdh_sim.report import write_report  # matplotlib takes its time
 
     names = ", ".join(run.resolve().name for run in runs)
-    counted = sum(c.n for c in study.comparisons if c.group == study.main) // len(study.metrics)
-    lead = f"{'Runs' if len(runs) > 1 else 'Run'} {names}: {counted} trials compared"
+    lead = f"{'Runs' if len(runs) > 1 else 'Run'} {names}: {study.compared} trials compared"
     try:
         page = write_report(study, folder, lead)
     except OSError as error:
@@ -92,17 +87,6 @@ def _report(study: Study, runs: Sequence[Path], folder: Path | None) -> str:
             "--report, or --no-report"
         ) from error
     return f"report: {page}"
-
-
-def _table_of(run: Path) -> Path:
-    if run.is_file():
-        return run
-    folder = RunFolder(run)
-    if not run.is_dir():
-        raise RunError(f"{run} does not exist; give the --out of an earlier lift")
-    if not folder.table.exists():
-        raise RunError(f"{run} holds no run: it has no {folder.table.name}")
-    return folder.table
 
 
 def write_csv(results: Sequence[Comparison], path: Path) -> None:
@@ -121,11 +105,15 @@ def write_csv(results: Sequence[Comparison], path: Path) -> None:
 
 
 def comparison_table(results: Sequence[Comparison]) -> Table:
-    """One line per object and metric; shares and their intervals in percent."""
+    """One line per object and metric; shares and their intervals in percent.
+
+    n and the share of successes stand where they differ from the line above: a metric may lack
+    values.
+    """
     table = plain_table(
         "object", "n", "success", "metric", "accuracy %", "TPR %", "FPR %", "AUC", text=(0, 3)
     )
-    group = None
+    group, shown = None, 0
     for result in results:
         first = result.group != group
         if first and group is not None:
@@ -134,8 +122,8 @@ def comparison_table(results: Sequence[Comparison]) -> Table:
         success = DASH if result.success.value is None else f"{100 * result.success.value:.0f} %"
         table.add_row(
             result.group if first else "",
-            str(result.n) if first else "",
-            success if first else "",
+            str(result.n) if first or result.n != shown else "",
+            success if first or result.n != shown else "",
             name_of(result.metric),
             *(
                 rate.percent if result.has_boundary else DASH
@@ -146,31 +134,33 @@ def comparison_table(results: Sequence[Comparison]) -> Table:
             ),
             result.area(),
         )
+        shown = result.n
     return table
 
 
 def metric_table(study: Study) -> Table:
     """Every metric over all trials: average precision, the best threshold, the load test."""
-    head = ["metric", "average precision", "best threshold", "accuracy % at it"]
+    head = ["metric", "n", "average precision", "best threshold", "accuracy % at best"]
     if study.load:
-        head += ["rank corr. with q_sim", "q*/q_sim"]
+        head += ["n with q_sim", "rank corr.", "q*/q_sim"]
     table = plain_table(*head)
     for metric in study.metrics:
         finding = study.findings[study.main, metric]
         curve, best = finding.precision_recall, finding.best
-        cells = [name_of(metric), DASH, DASH, DASH]
+        cells = [name_of(metric), str(finding.comparison.n), DASH, DASH, DASH]
         if curve is not None:
             low, high = curve.area_interval
-            cells[1] = f"{curve.area:.2f} ({low:.2f}–{high:.2f})"
+            cells[2] = f"{curve.area:.2f} ({low:.2f}–{high:.2f})"
         if best is not None:
-            cells[2], cells[3] = f"{best.threshold:.3g}", best.accuracy.percent
+            cells[3], cells[4] = f"{best.threshold:.3g}", best.accuracy.percent
         if study.load:
             agreement = study.agreement.get((study.main, metric, EVERY))
-            cells += [DASH, DASH]
+            cells += [str(agreement.n), DASH, DASH] if agreement else [DASH] * 3
             if agreement is not None and agreement.spearman is not None:
-                cells[4] = f"{agreement.spearman:.2f}"
+                cells[6] = f"{agreement.spearman:.2f}"
             if agreement is not None and agreement.ratio is not None:
-                cells[5] = f"{agreement.ratio.median:.2f}"
+                low, high = agreement.ratio.median_interval
+                cells[7] = f"{agreement.ratio.median:.2f} ({low:.2f}–{high:.2f})"
         table.add_row(*cells)
     return table
 
@@ -189,11 +179,11 @@ def moment_table(study: Study, prefix: str) -> Table:
     return table
 
 
-def notes(results: Sequence[Comparison], runs: Sequence[Path]) -> list[str]:
+def notes(results: Sequence[Comparison]) -> list[str]:
     """What the reader of the table has to know."""
     lines = [
         f"Success is predicted when q* > {results[0].threshold:g}. In brackets 95 % intervals: "
-        "Wilson for shares, bootstrap for AUC.",
+        "score intervals of shares (Wilson) and of AUC.",
     ]
     if any(r.auc is None for r in results):
         lines.append(f"{DASH}: undefined, all trials of the object ended the same way.")
@@ -204,11 +194,12 @@ def notes(results: Sequence[Comparison], runs: Sequence[Path]) -> list[str]:
             if r.has_boundary
             else f"{name} states no threshold above which success is predicted."
         )
-        missing = max(r.missing for r in results if name_of(r.metric) == name)
-        if missing:
-            lines.append(f"{missing} trials without {name} are left out of its line.")
     if not all(r.has_boundary or is_metric(r.metric) for r in results):
         lines.append("ε and V have units: for them no threshold of 1 means anything.")
+    for metric in dict.fromkeys(r.metric for r in results if drops_missing(r.metric)):
+        missing = max(r.missing for r in results if r.metric == metric)
+        if missing:
+            lines.append(f"{missing} trials without {name_of(metric)} are left out of its lines.")
     first = results[0]
     last = next(r for r in reversed(results) if r.metric == first.metric)
     if last.missing:
@@ -223,8 +214,6 @@ def notes(results: Sequence[Comparison], runs: Sequence[Path]) -> list[str]:
             f"{last.infeasible} trials left out: the arm cannot do their grasp without a collision "
             "(infeasible_reason in the table)."
         )
-    for run in runs:
-        lines += _unfinished(run)
     return lines
 
 
@@ -253,7 +242,10 @@ def study_notes(study: Study) -> list[str]:
     """What the statistics over all trials say in words."""
     lines = []
     if any(study.findings[study.main, m].best for m in study.metrics):
-        lines.append("Best threshold: most accurate; its accuracy is cross-validated in ten folds.")
+        lines.append(
+            "Best threshold: the most accurate one on all trials; its accuracy is on trials that "
+            "did not choose it (ten folds)."
+        )
     pair = study.paired[study.main]
     if pair.disagree.n:
         lines.append(
@@ -263,21 +255,9 @@ def study_notes(study: Study) -> list[str]:
         )
     if study.load:
         lines.append(
-            "q*/q_sim: median ratio to the load held in simulation; above 1 the metric promises "
-            "more."
+            "q*/q_sim: median ratio to the load held in simulation with its interval, over all "
+            "that gave way, 0 and infinity included; above 1 the metric promises more."
         )
     if study.surplus:
         lines.append(f"{study.surplus} trials beyond the objects' shares are left out.")
     return lines
-
-
-def _unfinished(run: Path) -> list[str]:
-    folder = RunFolder(run)
-    try:
-        plan = folder.read_plan()
-        rows = trial_tables.read_trials([folder.table]).num_rows
-    except ValueError:  # a bare table: nothing is known about how long it should be
-        return []
-    if rows >= plan.total:
-        return []
-    return [f"{run} is unfinished: {rows} of {plan.total} trials ({folder.resume_command})."]

@@ -71,9 +71,10 @@ def _pairs(study: Study) -> list[Record]:
             "only_second_predicts_success": p.second_optimistic.n,
             "of_those_succeeded": p.second_optimistic.k,
             "mcnemar_p": p.p_value,
-            "auc_difference": p.area_difference,
+            "auc_difference": p.areas.value if p.areas else None,
+            "delong_p": p.areas.p_value if p.areas else None,
         }
-        rows.append(row | _bounds("auc_difference", p.area_interval))
+        rows.append(row | _bounds("auc_difference", p.areas.interval if p.areas else None))
     return rows
 
 
@@ -129,7 +130,8 @@ def _load(study: Study) -> list[Record]:
             "spread_factor": ratio.spread if ratio else None,
         }
         row |= _rate("not_above_q_sim", a.below)
-        rows.append(row | {"q_zero": a.zero, "q_sim_zero": a.dropped, "capped": a.capped})
+        counts = {"capped": a.capped, "both_above_zero": a.both, "q_zero": a.zero}
+        rows.append(row | counts | {"q_sim_zero": a.dropped, "both_zero": a.neither})
     return rows
 
 

@@ -147,8 +147,8 @@ def roc(study: Study, reference: Reference | None = None) -> Figure:
         if published is not None:
             text += f", published {published:.2f}"
         ax.plot(curve.x, curve.y, color=fs.colour_of(metric), label=text)
-        if metric in METRICS:
-            ax.fill_between(GRID, curve.low, curve.high, color=fs.colour_of(metric), alpha=0.13,
+        if metric in METRICS and curve.band is not None:
+            ax.fill_between(GRID, *curve.band, color=fs.colour_of(metric), alpha=0.13,
                             linewidth=0)  # fmt: skip
         c = finding.comparison
         _dot(ax, metric, c.false_positive_rate.value, c.true_positive_rate.value)
@@ -170,8 +170,8 @@ def precision_recall(study: Study) -> Figure:
         low, high = curve.area_interval
         text = f"{fs.text_of(metric)}   AP {curve.area:.2f} ({low:.2f}–{high:.2f})"
         ax.step(curve.x, curve.y, where="pre", color=fs.colour_of(metric), label=text)
-        if metric in METRICS:
-            ax.fill_between(GRID, curve.low, curve.high, color=fs.colour_of(metric), alpha=0.13,
+        if metric in METRICS and curve.band is not None:
+            ax.fill_between(GRID, *curve.band, color=fs.colour_of(metric), alpha=0.13,
                             linewidth=0)  # fmt: skip
         c = finding.comparison
         _dot(ax, metric, c.true_positive_rate.value, Proportion(c.tp, c.tp + c.fp).value)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from sdh_sim.analysis.comparison import name_of
 from sdh_sim.analysis.moments import MOMENTS
-from sdh_sim.analysis.study import EVERY, SEEN, Study
+from sdh_sim.analysis.roc_area import AreaDifference
+from sdh_sim.analysis.study import EVERY, HELD, LOST, SEEN, Study
 from sdh_sim.report.page import Table
 from sdh_sim.report.table_cells import (
     DASH,
@@ -16,6 +17,12 @@ from sdh_sim.report.table_cells import (
     threshold,
 )
 
+_SUBSETS = {
+    EVERY: "",
+    HELD: ", held in the lift",
+    LOST: ", not held",
+    SEEN: ", pads see every contact",
+}
 _SHOWN_TARGETS = (0.01, 0.02, 0.05, 0.10, 0.20, 0.25, 0.30)  # desired false positive rates
 
 
@@ -31,7 +38,7 @@ def rate_table(study: Study) -> Table:
                 [
                     object_name(group) if k == 0 else "",
                     name_of(metric),
-                    *(str(count) for count in (c.tp, c.fn, c.tn, c.fp)),
+                    *(str(count) for count in (c.n, c.tp, c.fn, c.tn, c.fp)),
                     percent(c.accuracy),
                     percent(c.true_positive_rate),
                     percent(c.true_negative_rate),
@@ -39,8 +46,8 @@ def rate_table(study: Study) -> Table:
             )
     return Table(
         "Confusion matrix at the threshold 1: TP, FN are grasps that held and were predicted to, "
-        "or not; TN, FP grasps that did not. Shares in percent with 95 % intervals.",
-        ["object", "metric", "TP", "FN", "TN", "FP", "accuracy", "TPR", "TNR"],
+        "or not; TN, FP grasps that did not; n is their sum. Shares in percent, 95 % intervals.",
+        ["object", "metric", "n", "TP", "FN", "TN", "FP", "accuracy", "TPR", "TNR"],
         rows,
         text_columns=(0, 1),
         ruled_rows=rules,
@@ -60,12 +67,13 @@ def pair_table(study: Study) -> Table:
                 str(p.only_first_right),
                 str(p.only_second_right),
                 p_value(p.p_value),
-                number(p.area_difference, p.area_interval, 3),
+                _difference(p.areas),
             ]
         )
     return Table(
         "Where L∞ and L1 disagree at the threshold 1 [%], who alone is right, McNemar's exact "
-        "test, and the difference of the areas under the ROC curves (L∞ less L1).",
+        "test, and the difference of the areas under the ROC curves (L∞ less L1, interval and test "
+        "by DeLong).",
         ["object", "n", "disagree", "only L∞ right", "only L1 right", "p", "ΔAUC"],
         rows,
         ruled_rows=[len(rows) - 1] if len(rows) > 1 else [],
@@ -94,13 +102,19 @@ def metric_table(study: Study) -> Table:
             )
     return Table(
         "Areas under the ROC (AUC) and precision-recall (AP) curves; accuracy [%] at the "
-        "threshold 1 and at the most accurate threshold, which is chosen by cross-validation "
-        "(in brackets its range over the folds).",
-        ["object", "metric", "n", "AUC", "AP", "at 1", "best threshold", "at best"],
+        "metric's own threshold (q*: 1) and at the most accurate one. The threshold shown is the "
+        "most accurate on all n trials (in brackets the range of those chosen on nine tenths of "
+        "them); its accuracy is on the trials that did not choose it. Of a metric that has no "
+        "value for some trials n is smaller: these are left out, not counted as 0.",
+        ["object", "metric", "n", "AUC", "AP", "at own", "best threshold", "at best"],
         rows,
         text_columns=(0, 1),
         ruled_rows=rules,
     )
+
+
+def _difference(areas: AreaDifference | None) -> TableCell:
+    return TableCell(DASH) if areas is None else number(areas.value, areas.interval, 3)
 
 
 def moment_table(study: Study) -> Table:
@@ -116,7 +130,7 @@ def moment_table(study: Study) -> Table:
                 MOMENTS[m.moment],
                 str(m.before.n),
                 *(number(c.auc, c.auc_interval) for c in pair),
-                number(m.paired.area_difference, m.paired.area_interval, 3),
+                _difference(m.paired.areas),
                 *(percent(c.accuracy) for c in pair),
                 *(percent(c.false_positive_rate) for c in pair),
                 p_value(m.paired.p_value),
@@ -126,7 +140,7 @@ def moment_table(study: Study) -> Table:
         "The same metrics on the same trials from the snapshot on the table (before) and later: "
         "from a snapshot taken when the object has left it (at lift-off), or from where settling "
         "predicts that it comes to rest, 0 where it does not (where it settles): area under the "
-        "ROC curve, its difference from paired resamples, accuracy and false positive rate at the "
+        "ROC curve, its difference with DeLong's interval, accuracy and false positive rate at the "
         "threshold 1 [%], and p of McNemar's exact test that both are right equally often.",
         [
             *("metric", "later", "n", "AUC before", "later", "ΔAUC"),
@@ -173,9 +187,9 @@ def load_table(study: Study) -> Table:
     """Agreement of every bound with the load test, per object."""
     rows, rules = [], []
     for group in study.groups:
-        for subset in (EVERY, SEEN) if group == study.main else (EVERY,):
+        for subset in _SUBSETS if group == study.main else (EVERY,):
             rules.append(len(rows))
-            label = object_name(group) + ("" if subset == EVERY else ", pads see every contact")
+            label = object_name(group) + _SUBSETS[subset]
             for k, metric in enumerate(study.load):
                 a = study.agreement[group, metric, subset]
                 ratio = a.ratio
@@ -185,17 +199,22 @@ def load_table(study: Study) -> Table:
                         name_of(metric),
                         str(a.n),
                         number(a.spearman, a.spearman_interval),
-                        str(ratio.n if ratio else 0),
+                        *(str(k) for k in (a.capped, a.both, a.zero, a.dropped, a.neither)),
                         number(ratio.median, ratio.median_interval) if ratio else DASH,
                         number(ratio.spread) if ratio else DASH,
                         percent(a.below),
                     ]
                 )
     return Table(
-        "q* against q_sim: Spearman's rank correlation over all trials; median of q*/q_sim over "
+        "q* against q_sim: Spearman's rank correlation over all n trials, which are: those that "
+        "held the largest load tried (capped), and of those that gave way the ones where both "
+        "loads are above 0, q* alone is 0, q_sim alone is 0, both are 0; median of q*/q_sim over "
         "all that gave way, 0 and infinity included, and the factor that spans 68 % of them around "
         "it; share of the trials in which the bound promises no more than the grasp held [%].",
-        ["trials", "metric", "n", "rank corr.", "ratios", "q*/q_sim", "spread ×", "q* ≤ q_sim"],
+        [
+            *("trials", "metric", "n", "rank corr.", "capped", "both", "q* 0", "q_sim 0", "both 0"),
+            *("q*/q_sim", "spread ×", "q* ≤ q_sim"),
+        ],
         rows,
         text_columns=(0, 1),
         ruled_rows=rules,

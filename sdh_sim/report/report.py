@@ -19,12 +19,16 @@ from sdh_sim.report.sections import Draw, sections_of
 PAGE = "index.html"
 TITLE = "Predicted and simulated grasp success"
 METHOD = (
-    "A grasp is predicted to hold when its q* exceeds the threshold; a trial without q* counts as "
-    "q* = 0. Trials whose simulation was unstable or broke off, or whose grasp the arm cannot do "
-    "without a collision, are left out.",
-    "Shares carry 95 % Wilson intervals. Areas, curves, medians and correlations carry 95 % "
-    "percentile intervals from 2000 bootstrap resamples, successes and failures resampled each "
-    "among themselves (load test: trials). McNemar's test is the exact two-sided one.",
+    "A grasp is predicted to hold when its metric exceeds the threshold: 1 for q*, its own for a "
+    "user's metric that states one. A trial without q* or ε counts as 0 (no pad felt anything, or "
+    "the space is flat); V and users' metrics are compared on the trials that have them. Trials "
+    "whose simulation was unstable or broke off, or whose grasp the arm cannot do without a "
+    "collision, are left out.",
+    "95 % intervals: Wilson's of shares, and of average precision as a share of the successes; "
+    "score intervals of areas under the ROC curve (Newcombe's method 5 with the sample's own "
+    "shape); order statistics of medians; 2000 bootstrap resamples of curves, thresholds and rank "
+    "correlations, none where an outcome has fewer than ten trials. Tests are two-sided: McNemar's "
+    "exact one for accuracies, DeLong's for areas.",
     "Cross-validation: ten folds, stratified by object and outcome. The threshold used in a fold "
     "maximises the accuracy on the nine others; the accuracy is that of all folds together.",
     "The same trials give the same page: every random stream starts from a fixed seed.",
@@ -97,6 +101,8 @@ def _remove_stale(folder: Path, tables: Iterable[str], load: bool) -> None:
     stale -= {f"{name}{end}" for name in tables for end in (".csv", ".parquet")}
     if not load:
         stale |= {f"load_{kind}{end}" for kind in ("scatter", "ratio") for end in (".svg", ".png")}
+    if "calibration" not in tables:
+        stale |= {"calibration.svg", "calibration.png"}
     for name in stale:
         with contextlib.suppress(FileNotFoundError):
             (folder / name).unlink()

@@ -38,8 +38,9 @@ def sections_of(study: Study, draw: Draw, reference: Reference | None = None) ->
         _threshold_1(study, draw, reference),
         Section("L∞ against L1", [Bullets(pair_sentences(study)), pair_table(study)]),
         _all_thresholds(study, draw, reference),
-        _calibration(study, draw),
     ]
+    if any(finding.calibration for finding in study.findings.values()):
+        found.append(_calibration(study, draw))
     if study.moments:
         found.append(Section("Before the lift and when the table has gone", [moment_table(study)]))
     return [*found, _load(study, draw)] if study.load else found

@@ -6,7 +6,9 @@ import math
 
 from sdh_sim.analysis.comparison import METRICS, name_of
 from sdh_sim.analysis.study import EVERY, Study
-from sdh_sim.report.table_cells import DASH, p_value
+from sdh_sim.report.table_cells import DASH, p_value, signed
+
+SURE = 0.95  # share of resamples in which a finding must hold to be told as one
 
 
 def _pct(value: float | None) -> str:
@@ -17,7 +19,7 @@ def key_sentences(study: Study) -> list[str]:
     """The comparison over all trials in short."""
     first = study.findings[study.main, METRICS[0]].comparison
     lines = [
-        f"{first.n} trials were compared, of which {first.success.k} "
+        f"{study.compared} trials were compared, of which {first.success.k} "
         f"({_pct(first.success.value)}) held."
     ]
     for metric in study.metrics:
@@ -82,12 +84,17 @@ def pair_sentences(study: Study) -> list[str]:
             f"L1 alone predicts success for {p.second_optimistic.n} grasps, of which "
             f"{p.second_optimistic.k} held."
         )
-    if p.area_difference is not None and p.area_interval is not None:
-        low, high = p.area_interval
+    if p.areas is not None and p.areas.interval is not None and p.areas.p_value is not None:
+        low, high = p.areas.interval
+        better = "L∞" if p.areas.value > 0 else "L1"
+        found = (
+            f"{better} ranks better"
+            if p.areas.p_value < 0.05
+            else "the difference is not significant, which does not say that there is none"
+        )
         lines.append(
-            f"The areas under their ROC curves differ by {p.area_difference:+.3f} "
-            f"({low:+.3f} to {high:+.3f}): "
-            + ("one ranks better." if low > 0 or high < 0 else "neither ranks better.")
+            f"The areas under their ROC curves differ by {signed(p.areas.value)} "
+            f"({signed(low)} to {signed(high)}; DeLong's p = {p_value(p.areas.p_value)}): {found}."
         )
     return lines
 
@@ -101,18 +108,24 @@ def load_sentences(study: Study) -> list[str]:
         if a.ratio is None:
             continue
         low, high = a.ratio.median_interval
-        verdict = "overestimates" if low > 1.0 else "underestimates" if high < 1.0 else "is right"
+        verdict = "is not shown to be wrong"
+        if low > 1.0 or high < 1.0:
+            verdict = "overestimates" if low > 1.0 else "underestimates"
         lines.append(
-            f"{name_of(metric)} {verdict} in the median: q*/q_sim {a.ratio.median:.2f} "
-            f"({low:.2f} to {high:.2f}), spread a factor {a.ratio.spread:.2f} either way; "
-            f"{a.dropped} grasps held no load at all though it is above 0, {a.zero} held some "
-            "though it is not."
+            f"{name_of(metric)} {verdict} in the median of {a.ratio.n} trials that gave way: "
+            f"q*/q_sim {a.ratio.median:.2f} ({low:.2f} to {high:.2f}), spread a factor "
+            f"{a.ratio.spread:.2f} either way. In {a.both} of them both loads are above 0, in "
+            f"{a.dropped} q_sim alone is 0, in {a.zero} q* alone, in {a.neither} both."
         )
-    medians = {m: a.ratio.median for m, a in known.items() if a.ratio}
-    off = {m: abs(math.log(r)) for m, r in medians.items() if 0.0 < r < math.inf}
-    if off:
-        nearest = min(off, key=lambda m: off[m])
-        lines.append(f"By its median, {name_of(nearest)} is nearest to what the grasps hold.")
+    if study.nearest is not None and len(metrics) > 1:
+        near = study.nearest
+        text = (
+            f"By its median, {name_of(near.metric)} is nearest to what the grasps hold, in "
+            f"{_pct(near.share)} of resamples of the same trials"
+        )
+        if near.share < SURE and near.runner_up is not None:
+            text += f" (else mostly {name_of(near.runner_up)}): too few to say so"
+        lines.append(text + ".")
     any_one = known[metrics[0]]
     lines.append(
         f"Of {any_one.n} trials {any_one.capped} held the largest load tried and have no ratio."

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from sdh_sim.analysis.proportion import Proportion
+from sdh_sim.analysis.thresholds import LOWEST
 
 DASH = "–"
 MINUS = "−"
@@ -42,12 +43,23 @@ def number(
 def threshold(value: float, low: float, high: float) -> TableCell:
     """A threshold and its range."""
     joint = "–" if low >= 0 else " to "
-    return TableCell(f"{value:.3g}", f"{low:.3g}{joint}{high:.3g}")
+    return TableCell(_edge(value), f"{_edge(low)}{joint}{_edge(high)}")
+
+
+def _edge(value: float) -> str:
+    if value <= LOWEST:  # every score exceeds it, or every one but -inf
+        return f"{MINUS}∞"
+    return f"{value:.3g}".replace("-", MINUS).replace("inf", "∞")
+
+
+def signed(value: float, digits: int = 3) -> str:
+    """A number with its sign."""
+    return f"{value:+.{digits}f}".replace("-", MINUS)
 
 
 def p_value(p: float) -> str:
     """A test's p-value, small ones by their power of ten."""
-    return f"{p:.3f}" if p >= 0.001 else f"{p:.1e}"
+    return f"{p:.3f}" if p >= 0.001 else f"{p:.1e}".replace("-", MINUS)
 
 
 def object_name(group: str) -> str:

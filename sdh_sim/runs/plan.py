@@ -167,14 +167,15 @@ class RunPlan:
 
         An object's folder, and a metric's file, may have moved: their content counts.
         """
-        flat = [plan._contents() for plan in (self, stored)]
+        flat = [plan.contents() for plan in (self, stored)]
         return [
             f"{name} (run: {_show(flat[1].get(name))}, asked: {_show(flat[0][name])})"
             for name in flat[0]
             if name != "trials" and flat[0][name] != flat[1].get(name)
         ]
 
-    def _contents(self) -> dict[str, Any]:
+    def contents(self) -> dict[str, Any]:
+        """Every setting by name; of what lies in files the content, not the place."""
         plan = self.to_dict()
         flat = {**plan.pop("settings"), **plan}
         flat["metrics"] = [f"{m.name} ({_short(m.sha256)})" for m in self.settings.metrics]

@@ -7,6 +7,7 @@ import numpy as np
 from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.cell import Scene
 from sdh_sim.grasping import MotionPlan, try_grasp
+from sdh_sim.records import NO_TRUTH
 from sdh_sim.trial.trial import Trial
 
 DRAWS = 20  # infeasible copies are drawn again, at most so often
@@ -14,10 +15,10 @@ LEAST_FRICTION = 0.05  # of a copy, as a share of the object's
 
 
 def repeat_trial(trial: Trial, rng: np.random.Generator) -> Proportion:
-    """Share of perturbed copies of a trial that hold, of those with a feasible motion.
+    """Share of perturbed copies of a trial that hold, of those with a feasible motion and an end.
 
     The hand's position and roll and the friction carry noise of their own in each of the
-    ``settings.repeats`` copies.
+    ``settings.repeats`` copies. A copy whose simulation diverges says nothing and is not counted.
     """
     settings = trial.settings
     count = held = 0
@@ -29,6 +30,8 @@ def repeat_trial(trial: Trial, rng: np.random.Generator) -> Proportion:
         copy = Trial(settings, trial.seed, scene=trial.scene, motion=motion)
         with copy.simulation.friction_scaled(max(factor, LEAST_FRICTION)):
             failure, _ = copy.grasp_and_lift()
+        if failure in NO_TRUTH:
+            continue
         count += 1
         held += failure == "none"
     return Proportion(held, count)

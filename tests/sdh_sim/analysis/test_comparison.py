@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from sdh_sim.analysis import comparison as compare
-from sdh_sim.analysis import resampling as bootstrap
-from sdh_sim.analysis.comparison import auc, auc_interval, compare_scores, compare_table
+from sdh_sim.analysis.comparison import compare_scores, compare_table
 from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.records import FAILURES, to_table
 
@@ -54,41 +53,9 @@ def test_a_proportion_of_no_trials_is_undefined():
     assert empty.accuracy.value is None
 
 
-def test_bootstrap_resamples_the_definition():
-    rng = np.random.default_rng(3)
-    scores = np.round(rng.normal(size=40) + np.repeat([0, 1], 20), 1)  # rounded: ties
-    success = np.repeat([False, True], 20)
-    low, high = auc_interval(scores, success, np.random.default_rng(0), 4000) or (0, 0)
-    plain = []
-    for _ in range(4000):
-        bad, good = rng.choice(scores[:20], 20)[:, None], rng.choice(scores[20:], 20)
-        plain.append(np.mean((good > bad) + 0.5 * (good == bad)))
-    assert (low, high) == pytest.approx(np.quantile(plain, [0.025, 0.975]), abs=0.02)
-    area = auc(scores, success)
-    assert area is not None
-    assert low < area < high
-
-
-def test_bootstrap_in_blocks_is_the_same_statistic(monkeypatch):
-    scores, success = np.arange(10.0) % 7, np.arange(10) % 2 == 0
-    whole = auc_interval(scores, success, np.random.default_rng(1), 4000)
-    monkeypatch.setattr(bootstrap, "_CHUNK", 1000)
-    assert auc_interval(scores, success, np.random.default_rng(1), 4000) == pytest.approx(
-        whole, abs=0.03
-    )
-
-
-def test_bootstrap_needs_two_of_each_class():
-    assert (
-        auc_interval(np.array([1.0, 2.0, 3.0]), np.array([T, F, F]), np.random.default_rng(0))
-        is None
-    )
-
-
 def test_perfect_separation_and_its_mirror():
     scores, success = np.arange(8.0), np.arange(8) >= 4
     assert compare_scores(scores, success).auc == 1.0
-    assert compare_scores(scores, success).auc_interval == (1.0, 1.0)
     assert compare_scores(-scores, success).auc == 0.0
 
 

@@ -26,7 +26,7 @@ def table() -> pa.Table:
 
 
 def test_both_moments_are_compared_on_the_same_trials():
-    (found,) = compare_moments(table(), np.ones(6, dtype=bool), np.random.default_rng(0), 50)
+    (found,) = compare_moments(table(), np.ones(6, dtype=bool))
     assert (found.before.metric, found.after.metric) == ("q_linf", "liftoff_q_linf")
     # The last trial has no second snapshot.
     assert found.before.n == found.after.n == 5
@@ -38,13 +38,14 @@ def test_both_moments_are_compared_on_the_same_trials():
     # Pairs of a success and a failure: (2, 2, 0.5) against (0.5, 2) has 2 won, 3 tied of 6.
     assert found.before.auc == pytest.approx((2 + 0.5 * 3) / 6)
     assert (found.paired.only_first_right, found.paired.only_second_right) == (2, 0)
-    assert found.paired.area_difference == pytest.approx(found.after.auc - found.before.auc)
+    assert found.paired.areas is not None
+    assert found.paired.areas.value == pytest.approx(found.after.auc - found.before.auc)
 
 
 def test_where_a_grasp_settles_is_a_moment_too():
     more = table().append_column("settled", pa.array([True] * 5 + [None], pa.bool_()))
     more = more.append_column("settled_q_l1", pa.array(AFTER, pa.float64()))
-    found = compare_moments(more, np.ones(6, dtype=bool), np.random.default_rng(0), 50)
+    found = compare_moments(more, np.ones(6, dtype=bool))
     assert [m.moment for m in found] == ["liftoff_", "settled_"]
     assert found[1].after.metric == "settled_q_l1"
     assert found[1].after.accuracy == found[0].after.accuracy
@@ -52,5 +53,5 @@ def test_where_a_grasp_settles_is_a_moment_too():
 
 def test_trials_without_an_outcome_are_left_out():
     usable = np.array([True, True, True, True, False, True])
-    (found,) = compare_moments(table(), usable, np.random.default_rng(0), 50)
+    (found,) = compare_moments(table(), usable)
     assert found.before.n == 4

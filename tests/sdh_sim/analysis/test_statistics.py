@@ -12,8 +12,16 @@ from hypothesis import strategies as st
 
 from sdh_sim.analysis import comparison as compare
 from sdh_sim.analysis.curves import GRID, precision_recall, roc
-from sdh_sim.analysis.load_agreement import agree, load_ratios, summarise_ratios
+from sdh_sim.analysis.load_agreement import (
+    Nearest,
+    agree,
+    find_nearest,
+    load_ratios,
+    median_interval,
+    summarise_ratios,
+)
 from sdh_sim.analysis.paired_metrics import compare_pair, mcnemar
+from sdh_sim.analysis.proportion import wilson_interval
 from sdh_sim.analysis.resampling import RankedScores, stratified_weights
 from sdh_sim.analysis.thresholds import (
     assign_folds,
@@ -72,17 +80,19 @@ def test_roc_area_is_the_comparisons_area_and_interval():
     curve = roc(scores, success, rng(0))
     assert curve is not None
     assert curve.area == pytest.approx(compare.auc(scores, success), abs=1e-12)
-    assert curve.area_interval == compare.auc_interval(scores, success, rng(0))
+    assert curve.area_interval == compare.auc_interval(scores, success)
 
 
 def test_roc_band_contains_the_curve_and_is_that_of_a_plain_bootstrap():
     scores, success = cases(rounded=False)
     curve = roc(scores, success, rng(0), 1000)
     assert curve is not None
+    assert curve.band is not None
+    lowest, highest = curve.band
     middle = slice(5, 96)
     at = np.interp(GRID, curve.x + np.arange(len(curve.x)) * 1e-12, curve.y)
-    assert (curve.low[middle] <= at[middle] + 1e-9).all()
-    assert (curve.high[middle] >= at[middle] - 1e-9).all()
+    assert (lowest[middle] <= at[middle] + 1e-9).all()
+    assert (highest[middle] >= at[middle] - 1e-9).all()
     # At a fixed false positive rate of one half, by resampling trials one by one.
     values = []
     draw = rng(1)
@@ -90,17 +100,29 @@ def test_roc_band_contains_the_curve_and_is_that_of_a_plain_bootstrap():
         good, bad = draw.choice(scores[success], 35), draw.choice(scores[~success], 45)
         values.append((good > np.sort(bad)[::-1][22]).mean())
     expected = np.quantile(values, [0.025, 0.975])
-    assert (curve.low[50], curve.high[50]) == pytest.approx(expected, abs=0.05)
+    assert (lowest[50], highest[50]) == pytest.approx(expected, abs=0.05)
 
 
-def test_separated_classes_have_bands_of_no_width():
-    scores, success = np.arange(8.0), np.arange(8) >= 4
+def test_separated_classes_of_ten_have_bands_of_no_width_and_areas_that_may_be_less():
+    scores, success = np.arange(20.0), np.arange(20) >= 10
     curve, pr = roc(scores, success, rng(), FEW), precision_recall(scores, success, rng(), FEW)
     assert curve is not None
     assert pr is not None
-    assert (curve.low == 1).all()
-    assert (curve.area_interval, pr.area_interval) == ((1, 1), (1, 1))
-    assert (pr.low == 1).all()
+    assert curve.band is not None
+    assert pr.band is not None
+    assert (curve.band[0] == 1).all()
+    assert (pr.band[0] == 1).all()
+    assert (curve.area_interval[1], pr.area_interval[1]) == (1, 1)
+    assert 0.7 < curve.area_interval[0] < 0.9
+    assert pr.area_interval == wilson_interval(10, 10)
+
+
+def test_few_of_an_outcome_have_no_band():
+    scores, success = np.arange(19.0), np.arange(19) >= 10
+    for draw in (roc, precision_recall):
+        curve = draw(scores, success, rng(), FEW)
+        assert curve is not None
+        assert curve.band is None
 
 
 def test_precision_recall_of_four_trials():
@@ -117,7 +139,7 @@ def test_one_score_for_all_has_the_base_rate_as_precision():
     curve = precision_recall(np.zeros(5), success, rng(), FEW)
     assert curve is not None
     assert (curve.x.tolist(), curve.y.tolist(), curve.area) == ([1], [0.4], 0.4)
-    assert curve.area_interval == (0.4, 0.4)
+    assert curve.area_interval == wilson_interval(0.8, 2)
 
 
 def test_curves_need_two_of_each():
@@ -145,7 +167,7 @@ def test_pair_by_hand():
     first = np.array([2.0, 2.0, 2.0, 2.0, 0.5, 3.0])
     second = np.array([0.5, 0.5, 0.6, 1.5, 2.0, 0.1])
     success = np.array([T, F, T, T, F, T])
-    pair = compare_pair(first, second, success, 1.0, rng(), FEW)
+    pair = compare_pair(first, second, success, 1.0)
     # They agree on the fourth only.
     assert (pair.disagree.k, pair.n) == (5, 6)
     assert (pair.only_first_right, pair.only_second_right) == (4, 1)
@@ -153,16 +175,19 @@ def test_pair_by_hand():
     assert (pair.second_optimistic.k, pair.second_optimistic.n) == (0, 1)
     assert pair.p_value == pytest.approx(12 / 32)
     areas = [compare.auc(q, success) or 0.0 for q in (first, second)]
-    assert pair.area_difference == pytest.approx(areas[0] - areas[1])
+    assert pair.areas is not None
+    assert pair.areas.value == pytest.approx(areas[0] - areas[1])
+    assert pair.areas.interval is None  # of six trials
 
 
 def test_area_difference_is_paired():
     scores, success = cases()
-    same = compare_pair(scores, 0.5 * scores, success, 1.0, rng(), FEW)
-    assert (same.area_difference, same.area_interval) == (0.0, (0.0, 0.0))
+    same = compare_pair(scores, 0.5 * scores, success, 1.0)
+    assert same.areas == (0.0, (0.0, 0.0), 1.0)
     ordered = np.arange(20.0)
-    mirrored = compare_pair(ordered, -ordered, ordered >= 10, 1.0, rng(), FEW)
-    assert (mirrored.area_difference, mirrored.area_interval) == (1.0, (1.0, 1.0))
+    mirrored = compare_pair(ordered, -ordered, ordered >= 10, 1.0)
+    assert mirrored.areas is not None
+    assert mirrored.areas.value == 1.0
 
 
 def test_best_threshold_of_separated_classes_is_the_middle():
@@ -272,7 +297,8 @@ def test_zero_and_infinity_are_ratios():
     load = np.array([1.0, 0.0, 0.5, 6.0, 2.0, 20.0])
     capped = np.array([F, F, F, F, F, T])
     found = agree(q, load, capped, rng(), FEW)
-    assert (found.n, found.zero, found.dropped, found.capped) == (6, 3, 1, 1)
+    assert (found.n, found.capped) == (6, 1)
+    assert (found.both, found.zero, found.dropped, found.neither) == (1, 3, 1, 0)
     assert (found.below.k, found.below.n) == (5, 6)
     assert sorted(load_ratios(q, load, capped)) == [0.0, 0.0, 0.0, 0.5, np.inf]
     assert found.ratio is not None
@@ -296,9 +322,52 @@ def test_the_median_ratio_of_a_bound_that_is_always_zero_is_zero():
 def test_median_ratio_of_log_normal_ratios():
     # Median m and spread exp(s) of m exp(s N(0, 1)); quantiles at 16 and 84 % are about ±s.
     ratios = 0.7 * np.exp(0.3 * scipy.stats.norm.ppf((np.arange(4001) + 0.5) / 4001))
-    found = summarise_ratios(ratios, rng(), FEW)
+    found = summarise_ratios(ratios)
     assert found is not None
     assert found.median == pytest.approx(0.7, rel=1e-9)
     assert found.spread == pytest.approx(math.exp(0.3 * scipy.stats.norm.ppf(0.84)), rel=2e-3)
     low, high = found.median_interval
     assert low < 0.7 < high
+
+
+def test_the_interval_of_a_median_is_that_of_the_binomial():
+    # Of ten values the second and the ninth: 1 - 2 P(B(10, 1/2) <= 1) = 97.9 %.
+    assert median_interval(np.arange(10.0)) == (1.0, 8.0)
+    assert median_interval(np.arange(6.0)) == (0.0, 5.0)
+    assert median_interval(np.arange(5.0)) == (0.0, math.inf)
+    assert median_interval(np.r_[np.zeros(9), np.full(9, np.inf)]) == (0.0, math.inf)
+
+
+def test_counts_of_what_a_metric_says_add_up():
+    draw = rng(5)
+    for _ in range(50):
+        n = 30
+        q = np.where(draw.random(n) < 0.4, draw.choice([0.0, -np.inf, np.nan], n), draw.random(n))
+        load = np.where(draw.random(n) < 0.4, 0.0, draw.random(n))
+        found = agree(q, load, draw.random(n) < 0.2, rng(), FEW)
+        assert found.capped + found.both + found.zero + found.dropped + found.neither == found.n
+        assert found.ratio is not None
+        assert found.ratio.n == found.n - found.capped
+
+
+def test_the_nearest_metric_is_told_with_its_certainty():
+    near = {"a": np.full(30, 1.1), "b": np.full(30, 2.0)}
+    assert find_nearest(near, rng(), FEW) == Nearest("a", 1.0, None)
+    # One hair of difference in the median of noise: either may be nearest.
+    noise = np.exp(rng(1).normal(size=31))
+    found = find_nearest({"a": noise, "b": 1.001 / noise}, rng(), 500)
+    assert found is not None
+    assert found.share < 0.95
+    assert find_nearest({}, rng()) is None
+
+
+def test_success_can_be_predicted_throughout_with_scores_of_minus_infinity():
+    # 77 successes, most of them at -inf, where the failures are above: nothing beats "all hold".
+    scores = np.r_[np.full(77, -np.inf), np.arange(23.0)]
+    success = np.arange(100) < 77
+    assert best_threshold(scores, success) == -np.inf
+    found = cross_validate(scores, success, np.arange(100) % 10)
+    assert found.accuracy.value == 0.77
+    # And a threshold can lie between -inf and the rest.
+    lowest = best_threshold(np.r_[np.full(5, -np.inf), np.zeros(5)], np.arange(10) >= 5)
+    assert -np.inf < lowest < 0

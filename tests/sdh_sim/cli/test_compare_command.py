@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import csv
+import json
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import pyarrow.parquet as pq
 import pytest
 
 from sdh_sim.cli.app import main
-from sdh_sim.records import read_rows, write_rows
+from sdh_sim.records import read_rows, read_table, write_rows
 from sdh_sim.runs.shards import ShardWriter
 from tests.support.command_line import fails
 from tests.support.repository import ROOT
@@ -90,6 +93,53 @@ def test_compare_counts_what_a_killed_run_left_in_shards(run, capsys):
     (shard,) = (run / "shards").iterdir()
     shard.write_bytes(shard.read_bytes()[:-8])
     assert "damaged" in fails(capsys, "compare", run)
+
+
+def test_a_copied_run_is_noticed(run, tmp_path, capsys):
+    copy = tmp_path / "copy"
+    shutil.copytree(run, copy)
+    assert "3 trials of" in fails(capsys, "compare", run, copy, "--no-report")
+    # A table alone is known by its trials and their outcomes.
+    bare = tmp_path / "bare.parquet"
+    shutil.copy(run / "trials.parquet", bare)
+    assert "would count double" in fails(capsys, "compare", run, bare, "--no-report")
+
+
+def test_runs_of_other_settings_are_joined_with_a_word(run, tmp_path, capsys):
+    other = tmp_path / "other"
+    shutil.copytree(run, other)
+    plan = json.loads((other / "run.json").read_text())
+    plan["settings"]["position_error"] = 0.001
+    (other / "run.json").write_text(json.dumps(plan))
+    assert main(["compare", str(run), str(other), "--no-report"]) == 0
+    printed = capsys.readouterr().out
+    assert "were run with other settings (position_error 0.0 and 0.001)" in printed
+    assert f"3 trials of {other} have object and seed of trials of {run}" in printed
+
+
+def test_a_metric_that_one_run_lacks_is_left_out_with_a_word(run, mixed, tmp_path, capsys):
+    table = read_table(mixed)
+    without = table.drop_columns(["q_held"])
+    pq.write_table(without, tmp_path / "older.parquet")
+    assert main(["compare", str(run), str(tmp_path / "older.parquet"), "--all"]) == 0
+    printed = capsys.readouterr().out
+    assert re.search(rf"Only {run} has .*q_held.*: left out", printed)
+    assert "q* held" not in printed
+
+
+def test_every_row_says_its_n(tmp_path, capsys):
+    ends = ("none", "slipped")
+    rows = [
+        {"trial": i, "object": "box", "seed": i, "success": i % 2 == 0, "failure": ends[i % 2]}
+        | {"q_linf": 1.0 + i, "q_l1": 1.0, "volume_linf": None if i < 3 else 1.0 * i}
+        for i in range(12)
+    ]
+    write_rows(rows, tmp_path / "some.parquet")
+    assert main(["compare", str(tmp_path / "some.parquet"), "--all"]) == 0
+    printed = capsys.readouterr().out
+    (volume,) = (line for line in printed.splitlines() if re.match(r"\s+9 .*V L∞", line))
+    assert volume.split()[:2] == ["9", "44"]
+    assert "3 trials without V L∞ are left out of its lines." in printed
 
 
 def test_compare_refuses(run, tmp_path, capsys):

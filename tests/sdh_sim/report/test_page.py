@@ -105,7 +105,7 @@ def test_whatever_the_page_is_given_is_text():
         (number(-0.25, (-0.5, 0.125), 3), "−0.250", "−0.500 to 0.125"),
         (number(0.75, (0.5, 1.0)), "0.75", "0.50–1.00"),
         (threshold(1.23456, 0.0, 12.0), "1.23", "0–12"),
-        (threshold(0.5, float("-inf"), 1.0), "0.5", "-inf to 1"),
+        (threshold(0.5, float("-inf"), 1.0), "0.5", "−∞ to 1"),
     ],
 )
 def test_numbers_in_tables(cell, text, detail):
@@ -114,4 +114,4 @@ def test_numbers_in_tables(cell, text, detail):
 
 def test_names_and_p_values():
     assert object_name("oval_bottle") == "oval bottle"
-    assert [p_value(p) for p in (1.0, 0.0123, 0.00012)] == ["1.000", "0.012", "1.2e-04"]
+    assert [p_value(p) for p in (1.0, 0.0123, 0.00012)] == ["1.000", "0.012", "1.2e−04"]
