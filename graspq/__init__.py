@@ -15,6 +15,7 @@ from graspq.hand_scaling import hand_task_scaling
 from graspq.limits import max_normal_force, max_torsion
 from graspq.scaling import discretisation_error, task_scaling
 from graspq.scaling_result import HandScaling, TaskScaling
+from graspq.surface_wrenches import relative_epsilon, surface_epsilon, unit_wrenches
 from graspq.synthesis_losses import dexgraspbench_q1, dfc_residual, scaled_epsilon, tdg_loss
 from graspq.tasks import gravity_tasks
 from graspq.volume import volume
@@ -53,12 +54,15 @@ __all__ = [
     "minimum_weight",
     "qp_dfc_residual",
     "qp_residual",
+    "relative_epsilon",
     "scaled_epsilon",
     "smallest_singular_value",
     "span_loss",
+    "surface_epsilon",
     "task_scaling",
     "task_scaling_batch",
     "tdg_loss",
+    "unit_wrenches",
     "volume",
     "volume_batch",
 ]

@@ -108,8 +108,8 @@ def tdg_loss(
     contacts exert together when each goes as far along u as its friction cone lets it (round cone,
     unit normal force at most). 0: they exert pure forces in every direction. The force of a
     contact whose normal points away from u fades to zero, which makes the loss smooth; a contact
-    pushes along u itself where that lies in its cone. It asks for forces alone: a grasp that cannot resist moments
-    can have a low loss. It does not see limits of forces or weight.
+    pushes along u itself where that lies in its cone. It asks for forces alone: a grasp that cannot
+    resist moments can have a low loss. It does not see limits of forces or weight.
 
     Args:
         positions: contacts (n, 3) [m].
