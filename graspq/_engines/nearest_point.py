@@ -2,7 +2,7 @@
 
 P. Wolfe: Finding the nearest point in a polytope, Mathematical Programming 11, 1976. The polytope
 is given by a function that finds a vertex farthest in a direction, so that sums of sets need not
-be multiplied out; at most d + 1 vertices are kept at a time.
+be multiplied out; at most d + 2 vertices are kept at a time.
 """
 
 from __future__ import annotations
@@ -13,8 +13,11 @@ import numpy as np
 
 from graspq.errors import GraspError
 
-# The point's squared distance from the nearest one, over the largest vertex's squared norm.
-TOLERANCE = 1e-15
+# Of the squared distance, over the largest vertex's squared norm: what is aimed at, and what is
+# accepted where round-off lets no further vertex come nearer.
+TOLERANCE, ROUND_OFF = 1e-15, 1e-11
+# A point this near, over the largest vertex's norm, is the origin.
+ORIGIN = 1e-14
 MOST_ITERATIONS = 5000
 # Weights below it are zero.
 SMALLEST_WEIGHT = 1e-13
@@ -31,34 +34,46 @@ def nearest_point(farthest: Callable[[np.ndarray], np.ndarray], start: np.ndarra
         GraspError: it does not converge.
     """
     vertices, weights = start[None].copy(), np.ones(1)
-    point, scale = start.copy(), float(start @ start)
+    point, scale, before = start.copy(), float(start @ start), np.inf
     for _ in range(MOST_ITERATIONS):
         vertex = farthest(-point)
         scale = max(scale, float(vertex @ vertex))
-        if point @ (point - vertex) <= TOLERANCE * scale:
+        square = float(point @ point)
+        gap = float(point @ (point - vertex))
+        if gap <= TOLERANCE * scale or square <= ORIGIN**2 * scale:
             return point
-        if (vertices == vertex).all(axis=1).any():
-            return point  # it would be nearer but for round-off
-        vertices, weights = np.vstack([vertices, vertex]), np.append(weights, 0.0)
-        while True:
-            aim = _flat_weights(vertices)
-            if (aim > SMALLEST_WEIGHT).all():
-                weights = aim
-                break
-            # From the old weights towards the new ones, until the first of them is zero.
-            falling = aim <= SMALLEST_WEIGHT
-            fall = weights[falling] - aim[falling]
-            step = float((weights[falling] / np.where(fall > 0, fall, 1.0)).min())
-            weights = weights + min(step, 1.0) * (aim - weights)
-            kept = weights > SMALLEST_WEIGHT
-            if kept.all():
-                kept[np.argmin(weights)] = False
-            vertices, weights = vertices[kept], weights[kept] / weights[kept].sum()
+        if square >= before or (vertices == vertex).all(axis=1).any():
+            if gap <= ROUND_OFF * scale:
+                return point
+            break
+        before = square
+        vertices, weights = _exchange(np.vstack([vertices, vertex]), np.append(weights, 0.0))
         point = weights @ vertices
     raise GraspError(
-        f"nearest_point: no convergence within {MOST_ITERATIONS} vertices; are the contacts'"
-        " positions in metres?"
+        "nearest_point: Wolfe's method does not converge; are the contacts' positions in metres?"
     )
+
+
+def _exchange(vertices: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Those of the vertices (k, d) whose simplex has its nearest point inside, with its weights.
+
+    Args:
+        vertices: (k, d).
+        weights: of a point of their simplex, >= 0 (k,); the result is nearer to the origin.
+    """
+    while True:
+        aim = _flat_weights(vertices)
+        if (aim > SMALLEST_WEIGHT).all():
+            return vertices, aim
+        # From the old weights towards the new ones, until the first of them is zero.
+        falling = aim <= SMALLEST_WEIGHT
+        fall = weights[falling] - aim[falling]
+        step = float((weights[falling] / np.where(fall > 0, fall, 1.0)).min())
+        weights = weights + min(step, 1.0) * (aim - weights)
+        kept = weights > SMALLEST_WEIGHT
+        if kept.all():
+            kept[np.argmin(weights)] = False
+        vertices, weights = vertices[kept], weights[kept] / weights[kept].sum()
 
 
 def _flat_weights(vertices: np.ndarray) -> np.ndarray:

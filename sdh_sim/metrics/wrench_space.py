@@ -88,7 +88,8 @@ METRICS: tuple[FieldMetric, ...] = (
         unit="",
         source="FRoGGeR: Li, Culbertson, Burdick and Ames 2023",
         conventions=(
-            "The minimum weight times the number of edges, at most 1. FRoGGeR's examples ask for 0.3."
+            "The minimum weight times the number of edges, at most 1; FRoGGeR's examples ask for "
+            "0.3 or more."
         ),
         blind_to=_BLIND_TO + ", how large wrenches are",
         threshold=0.3,
