@@ -96,8 +96,7 @@ def test_turning_changes_what_depends_on_edges_alone(name):
 
 
 def test_the_directions_stand_for_all():
-    # Of a single frictionless contact 1 - cos is 1 - max(z, 0) over the sphere but for the fade,
-    # whose force is none or along the normal alone: mean of 1 - z where z > 0, and of 1 - z below.
+    # Without friction one contact exerts its normal in every direction, and 1 - n·u has the mean 1.
     loss = gq.tdg_loss([[0, 0, 0.01]], [[0, 0, 1.0]], 0.0)
     assert loss == pytest.approx(1.0, abs=1e-9)
 
