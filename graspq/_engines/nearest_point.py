@@ -16,8 +16,8 @@ from graspq.errors import GraspError
 # Of the squared distance, over the largest vertex's squared norm: what is aimed at, and what is
 # accepted where round-off lets no further vertex come nearer.
 TOLERANCE, ROUND_OFF = 1e-15, 1e-11
-# A point this near, over the largest vertex's norm, is the origin.
-ORIGIN = 1e-14
+# A point this near, over the largest vertex's norm, is the origin: round-off ranks no grasps.
+ORIGIN = 1e-12
 MOST_ITERATIONS = 5000
 # Weights below it are zero.
 SMALLEST_WEIGHT = 1e-13
@@ -40,7 +40,9 @@ def nearest_point(farthest: Callable[[np.ndarray], np.ndarray], start: np.ndarra
         scale = max(scale, float(vertex @ vertex))
         square = float(point @ point)
         gap = float(point @ (point - vertex))
-        if gap <= TOLERANCE * scale or square <= ORIGIN**2 * scale:
+        if square <= ORIGIN**2 * scale:
+            return np.zeros_like(point)
+        if gap <= TOLERANCE * scale:
             return point
         if square >= before or (vertices == vertex).all(axis=1).any():
             if gap <= ROUND_OFF * scale:
