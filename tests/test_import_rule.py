@@ -44,12 +44,12 @@ LEVELS = [
 OLD_NAMES = {"perception", "sdh2_constants", "user_metrics"}  # they point users to the new ones
 GRASPQ_LEVELS = [
     {"errors", "scaling_result", "transmission", "_compiled"},
-    {"ellipsoid", "limits"},
-    {"contact", "inputs"},
-    {"tasks", "hand_bound"},
+    {"ellipsoid", "limits", "contact_arrays"},
+    {"contact", "inputs", "grasp_maps", "contact_geometry"},
+    {"tasks", "hand_bound", "edge_weights"},
     {"_engines", "forces"},
-    {"scaling", "ball", "volume", "hand_scaling"},
-    {"batch", "wrench_space"},
+    {"scaling", "ball", "volume", "hand_scaling", "closure_residuals"},
+    {"batch", "wrench_space", "synthesis_losses", "surface_wrenches"},
 ]
 ON_A_TRIALS_WAY = (
     *("robot", "objects", "cell", "sensing", "grasping", "metrics", "settling", "trial"),

@@ -9,6 +9,7 @@ from sdh_sim.objects.catalogue import (
     object_info,
     object_names,
     object_spec,
+    surface_corners,
     surface_of,
     user_object,
 )
@@ -16,6 +17,7 @@ from sdh_sim.objects.contact_settings import HARD_SOLREF
 from sdh_sim.objects.facts import DEFAULT_SPREAD, Spread
 from sdh_sim.objects.object_info import OBJECT, ObjectInfo
 from sdh_sim.objects.surface import ObjectSurface
+from sdh_sim.objects.surface_corners import SurfaceCorners
 from sdh_sim.objects.user_objects import UserObject
 
 __all__ = [
@@ -26,11 +28,13 @@ __all__ = [
     "ObjectInfo",
     "ObjectSurface",
     "Spread",
+    "SurfaceCorners",
     "UserObject",
     "find_objects",
     "object_info",
     "object_names",
     "object_spec",
+    "surface_corners",
     "surface_of",
     "user_object",
 ]

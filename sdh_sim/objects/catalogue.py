@@ -19,6 +19,7 @@ from sdh_sim.model_files import models_dir
 from sdh_sim.objects.collision_shape import collision_vertices
 from sdh_sim.objects.object_info import ObjectInfo
 from sdh_sim.objects.surface import ObjectSurface
+from sdh_sim.objects.surface_corners import SurfaceCorners, corners_of
 from sdh_sim.objects.user_objects import UserObject, read_folder
 from sdh_sim.poses import rotation_of
 from sdh_sim.user_references import ObjectFolder
@@ -180,6 +181,13 @@ def object_info(name: str, folder: ObjectFolder | None = None) -> ObjectInfo:
 def surface_of(name: str, folder: ObjectFolder | None = None) -> ObjectSurface:
     """The surface of an object, made once; arguments and errors as ``object_spec``."""
     return ObjectSurface(object_spec(name, folder))
+
+
+@lru_cache(maxsize=16)
+def surface_corners(name: str, folder: ObjectFolder | None = None) -> SurfaceCorners:
+    """Corners of an object's surface, found once; arguments and errors as ``object_spec``."""
+    positions, normals = corners_of(object_spec(name, folder).compile())
+    return SurfaceCorners(_frozen(positions), _frozen(normals))
 
 
 def _frozen(values: np.ndarray) -> np.ndarray:
