@@ -44,11 +44,11 @@ LEVELS = [
 OLD_NAMES = {"perception", "sdh2_constants", "user_metrics"}  # they point users to the new ones
 GRASPQ_LEVELS = [
     {"errors", "scaling_result", "transmission", "_compiled"},
-    {"ellipsoid", "limits"},
+    {"ellipsoid", "limits", "posture"},
     {"contact", "inputs"},
     {"tasks", "hand_bound"},
-    {"_engines", "forces"},
-    {"scaling", "ball", "volume", "hand_scaling"},
+    {"_engines", "forces", "compliance"},
+    {"scaling", "ball", "volume", "hand_scaling", "robustness", "slip"},
     {"batch", "wrench_space"},
 ]
 ON_A_TRIALS_WAY = (
