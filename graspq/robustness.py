@@ -146,7 +146,7 @@ class _Robustness:
             A_ub=np.hstack([rows @ internal, np.ones((len(rows), 1))]),
             b_ub=most - rows @ start,
             bounds=(None, None),
-            method="highs",
+            method="highs-ds",
         )
         if result.status == 3:
             return np.inf

@@ -57,12 +57,13 @@ def slip_margin(hand: HandBound, tasks: ArrayLike, edges: int = 12) -> float:
         raise GraspError(f"edges: expected an integer >= 3, got {edges!r}")
     wanted = as_tasks(tasks)
     cones = _cones(hand, int(edges))
-    margins = []
+    least = math.inf
     for task in wanted.T:
-        margins.append(_margin(hand, cones, task))
-        if margins[-1] == -math.inf:
+        # Once a task lacks friction, what others have left does not matter.
+        least = min(least, _margin(hand, cones, task, lacks=least < 0.0))
+        if least == -math.inf:
             break
-    return min(margins)
+    return least
 
 
 class _Cones(NamedTuple):
@@ -115,26 +116,22 @@ def _cones(hand: HandBound, edges: int) -> _Cones:
     )
 
 
-def _margin(hand: HandBound, cones: _Cones, task: np.ndarray) -> float:
-    """The margin of one task; first with the friction that there is, then with more."""
+def _margin(hand: HandBound, cones: _Cones, task: np.ndarray, lacks: bool) -> float:
+    """The margin of one task; first with the friction that there is, then with more.
+
+    Where some task is known to lack friction, margins above 0 may be given as 0.
+    """
     free = cones.preloads.shape[1]
     without = np.zeros((len(cones.left), free))
-    found = _best(
-        hand,
-        np.hstack([cones.inside, cones.preloads]),
-        np.hstack([-cones.left, without]),
-        free,
-        task,
-    )
+    found = None
+    if not lacks:
+        columns = np.hstack([cones.inside, cones.preloads])
+        found = _best(hand, columns, np.hstack([-cones.left, without]), free, task)
     if found is not None:
         return max(0.0, found)
-    found = _best(
-        hand,
-        np.hstack([cones.inside, cones.added, cones.preloads]),
-        np.hstack([np.zeros_like(cones.left), cones.lacking, without]),
-        free,
-        task,
-    )
+    columns = np.hstack([cones.inside, cones.added, cones.preloads])
+    needs = np.hstack([np.zeros_like(cones.left), cones.lacking, without])
+    found = _best(hand, columns, needs, free, task)
     return -math.inf if found is None else min(0.0, found)
 
 
@@ -167,7 +164,7 @@ def _best(
         A_eq=np.hstack([np.vstack([columns[:6], columns[6:][tight]]), np.zeros((balance.sum(), 1))]),
         b_eq=np.concatenate([task, low[tight]]) / size,
         bounds=[*[(0.0, None)] * (columns.shape[1] - free), *[(None, None)] * (free + 1)],
-        method="highs",
+        method="highs-ds",
     )
     if result.status == INFEASIBLE:
         return None
