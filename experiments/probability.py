@@ -3,9 +3,10 @@
     python -m experiments.probability RUN [--samples 64] [--workers 1]
 
 RUN has ``--repeats`` and errors of perception (``--position-error`` and so on), which are what the
-probabilities are over. Beside P(q* > 1) stand P_fc and robust ε over the same copies, and plain q*;
-those that are no probability of success are calibrated by logistic regression, cross-validated, and so
-are the others once more. Scores are over all copies; intervals resample trials.
+probabilities are over. Beside P(q* > 1) stand P_fc and robust ε over the same copies, and plain
+q*; those that are no probability of success are calibrated by logistic regression,
+cross-validated, and so are the others once more. Scores are over all copies; intervals resample
+trials.
 """
 
 from __future__ import annotations
@@ -129,9 +130,7 @@ def jobs_of(folder: Path, samples: int) -> list[Job]:
     ]
 
 
-def predictors_of(
-    jobs: list[Job], found: list[Probabilities], shares: Shares
-) -> list[Predictor]:
+def predictors_of(jobs: list[Job], found: list[Probabilities], shares: Shares) -> list[Predictor]:
     """All predictions of the trials, in the order of the table."""
     q = np.array([job.row["q_linf"] for job in jobs], dtype=float)
     p, closure, epsilon, _ = np.array(found).T
@@ -151,7 +150,7 @@ def predictors_of(
 
 def table_of(predictors: list[Predictor], shares: Shares, success: np.ndarray) -> Table:
     """One line per predictor."""
-    table = Table(title=f"{len(success)} grasps, {int(shares.count.sum())} copies")
+    table = Table(title=f"{len(success)} grasps, {int(shares.copies.sum())} copies")
     heads = ("AUC, copies", "AUC, the trial", "Brier score", "reliability", "resolution")
     for head in ("predictor", *heads):
         table.add_column(head, justify="left" if head == "predictor" else "right")
@@ -190,13 +189,13 @@ def draw(predictors: list[Predictor], shares: Shares, stem: Path) -> Path:
         for k, (panel, one) in enumerate(zip(axes, shown, strict=True)):
             assert one.probability is not None
             panel.plot([0, 1], [0, 1], color=GREY, lw=0.8, ls="--", zorder=1)
-            dodge = 0.02 * np.random.default_rng(0).uniform(-1, 1, len(shares.count))
+            dodge = 0.02 * np.random.default_rng(0).uniform(-1, 1, len(shares.copies))
             panel.plot(
                 one.probability, np.clip(shares.value + dodge, -0.03, 1.03), "o", ms=3,
                 mew=0, color=light(one.colour, 0.35), label="a trial's copies", zorder=2,
             )  # fmt: skip
             for b in bins_of(one.probability, shares):
-                # Of the copies of so many trials not all are news: Wilson's, with the trials' number.
+                # Copies of one trial are alike: Wilson's interval takes the number of trials.
                 trials = int(b.members.sum())
                 low, high = wilson_interval(round(b.observed * trials), trials)
                 panel.plot([b.predicted] * 2, [low, high], color=one.colour, lw=1.4, zorder=3)
@@ -241,15 +240,18 @@ def main(argv: list[str] | None = None) -> None:
     share = np.array([job.row["success_probability"] for job in jobs])
     shares = Shares(np.round(share * count).astype(int), count)
     success = np.array([job.row["success"] for job in jobs])
-    found = run_all(predict_job, jobs, "grasps", args.workers)
+    if args.workers == 1:
+        found = [predict_job(job) for job in jobs]
+    else:
+        found = run_all(predict_job, jobs, "grasps", args.workers)
     predictors = predictors_of(jobs, found, shares)
     Console(width=120).print(table_of(predictors, shares, success))
     base = shares.held.sum() / count.sum()
     print(
         f"{100 * base:.0f} % of the copies held; predicting that for each has a Brier score of"
         f" {base * (1 - base):.3f}, predicting each trial's own share {least_brier(shares):.3f}."
-        f" {np.mean((share > 0) & (share < 1)) * 100:.0f} % of the trials have copies of both kinds;"
-        f" {np.mean((share > 0.5) == success) * 100:.0f} % agree with most of their copies."
+        f" {np.mean((share > 0) & (share < 1)) * 100:.0f} % of the trials have copies of both"
+        f" kinds; {np.mean((share > 0.5) == success) * 100:.0f} % agree with most of their copies."
     )
     out = args.out or args.run / "probability"
     out.mkdir(parents=True, exist_ok=True)

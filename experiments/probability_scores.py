@@ -1,12 +1,12 @@
 """How good predicted probabilities are, against shares of successes of several copies each.
 
-Trial i was repeated n_i times, k_i of them held. All scores are over the copies, trials drawn together
-with their copies in the bootstrap: copies of one trial are not independent of each other.
+Trial i was repeated n_i times, k_i of them held. All scores are over the copies, trials drawn
+together with their copies in the bootstrap: copies of one trial are not independent of each other.
 
-Brier: Verification of forecasts expressed in terms of probability, Monthly Weather Review 78, 1950;
-Murphy: A new vector partition of the probability score, J. Applied Meteorology 12, 1973; Stephenson,
-Coelho, Jolliffe: Two extra components in the Brier score decomposition, Weather and Forecasting 23,
-2008; Platt: Probabilistic outputs for support vector machines, 1999.
+Brier: Verification of forecasts expressed in terms of probability, Monthly Weather Review 78,
+1950; Murphy: A new vector partition of the probability score, J. Applied Meteorology 12, 1973;
+Stephenson, Coelho, Jolliffe: Two extra components in the Brier score decomposition, Weather and
+Forecasting 23, 2008; Platt: Probabilistic outputs for support vector machines, 1999.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ class Shares(NamedTuple):
 
     Attributes:
         held: copies that held (n,).
-        count: copies that ran, at least 1 (n,).
+        copies: how many ran, at least 1 (n,).
     """
 
     held: np.ndarray
-    count: np.ndarray
+    copies: np.ndarray
 
     @property
     def value(self) -> np.ndarray:
         """Shares of successes (n,)."""
-        return self.held / self.count
+        return self.held / self.copies
 
 
 class Brier(NamedTuple):
@@ -80,9 +80,9 @@ def bins_of(predicted: np.ndarray, shares: Shares, bins: int = BINS) -> list[Bin
     found = []
     for k in np.unique(place):
         own = place == k
-        copies = shares.count[own]
-        total = int(copies.sum())
-        mean = float((copies * predicted[own]).sum() / total)
+        weights = shares.copies[own]
+        total = int(weights.sum())
+        mean = float((weights * predicted[own]).sum() / total)
         found.append(Bin(own, mean, float(shares.held[own].sum() / total), total))
     return found
 
@@ -95,7 +95,7 @@ def brier(predicted: np.ndarray, shares: Shares, bins: int = BINS) -> Brier:
         shares: what they did.
         bins: of the decomposition.
     """
-    total = float(shares.count.sum())
+    total = float(shares.copies.sum())
     base = float(shares.held.sum() / total)
     found = bins_of(predicted, shares, bins)
     reliability = sum(b.copies * (b.predicted - b.observed) ** 2 for b in found) / total
@@ -116,8 +116,8 @@ def brier_interval(
 ) -> Interval:
     """95 % bootstrap interval of the Brier score, trials resampled with their copies."""
     weights = trial_weights(len(predicted), rng, resamples)
-    losses = shares.held * (1.0 - predicted) ** 2 + (shares.count - shares.held) * predicted**2
-    return interval((weights @ losses) / (weights @ shares.count))
+    losses = shares.held * (1.0 - predicted) ** 2 + (shares.copies - shares.held) * predicted**2
+    return interval((weights @ losses) / (weights @ shares.copies))
 
 
 def trial_weights(count: int, rng: np.random.Generator, resamples: int = RESAMPLES) -> np.ndarray:
@@ -142,7 +142,7 @@ def copies_auc(scores: np.ndarray, shares: Shares, weights: np.ndarray | None = 
     ends = np.flatnonzero(np.append(np.diff(scores[order]) != 0.0, True))
     good, bad = (
         np.cumsum((weights * n)[:, order], axis=1)[:, ends].astype(float)
-        for n in (shares.held, shares.count - shares.held)
+        for n in (shares.held, shares.copies - shares.held)
     )
     zero = np.zeros((len(weights), 1))
     good, bad = np.hstack([zero, good]), np.hstack([zero, bad])
@@ -162,7 +162,7 @@ def calibrated(values: np.ndarray, shares: Shares, fold: np.ndarray) -> np.ndarr
     finite = np.isfinite(values)
     clipped = np.where(finite, values, values[finite].max(initial=0.0))
     positive = clipped[clipped > 0.0]
-    feature = np.log1p(np.maximum(clipped, 0.0) / (np.median(positive) if len(positive) else 1.0))
+    feature = np.log1p(np.maximum(clipped, 0.0) / (np.median(positive) if positive.size else 1.0))
     result = np.empty(len(values))
     for k in np.unique(fold):
         own = fold == k
@@ -181,12 +181,12 @@ def fit_logistic(feature: np.ndarray, shares: Shares) -> tuple[float, float]:
     spread = float(feature.std()) or 1.0
     centre = float(feature.mean())
     design = np.column_stack([np.ones(len(feature)), (feature - centre) / spread])
-    penalty = RIDGE * float(shares.count.sum()) * np.array([1e-6, 1.0])
+    penalty = RIDGE * float(shares.copies.sum()) * np.array([1e-6, 1.0])
     beta = np.zeros(2)
     for _ in range(STEPS):
         p = 1.0 / (1.0 + np.exp(-np.clip(design @ beta, -30.0, 30.0)))
-        gradient = design.T @ (shares.held - shares.count * p) - penalty * beta
-        curvature = (design.T * (shares.count * p * (1.0 - p))) @ design + np.diag(penalty)
+        gradient = design.T @ (shares.held - shares.copies * p) - penalty * beta
+        curvature = (design.T * (shares.copies * p * (1.0 - p))) @ design + np.diag(penalty)
         step = np.linalg.solve(curvature, gradient)
         beta += step / max(1.0, float(np.abs(step).max()))
         if np.abs(step).max() < 1e-9:
@@ -196,5 +196,5 @@ def fit_logistic(feature: np.ndarray, shares: Shares) -> tuple[float, float]:
 
 
 def _score(predicted: np.ndarray, shares: Shares) -> float:
-    losses = shares.held * (1.0 - predicted) ** 2 + (shares.count - shares.held) * predicted**2
-    return float(losses.sum() / shares.count.sum())
+    losses = shares.held * (1.0 - predicted) ** 2 + (shares.copies - shares.held) * predicted**2
+    return float(losses.sum() / shares.copies.sum())

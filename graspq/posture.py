@@ -48,8 +48,9 @@ def range_deviation(angles: ArrayLike, lower: ArrayLike, upper: ArrayLike) -> fl
 def singularity_distance(jacobian: ArrayLike) -> float:
     """Return the smallest of the min(m, k) singular values of a Jacobian; high is good.
 
-    0 in a singular posture: some joint speeds then move no contact, or some velocity of the contacts
-    (for m <= k) cannot be made. Columns of zeros, of joints that move no contact, are left out.
+    0 in a singular posture: some joint speeds then move no contact, or some velocity of the
+    contacts (for m <= k) cannot be made. Columns of zeros, of joints that move no contact, are
+    left out.
 
     Args:
         jacobian: joint speeds to velocities, shape (m, k). Its unit is that of the result; rows of

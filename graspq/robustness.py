@@ -5,18 +5,20 @@ A disturbance w of the object changes the contact forces by G⁺_K w with
     G⁺_K = K Gᵀ (G K Gᵀ)⁻¹,        K the stiffness of pads and servos (``compliance``).
 
 So no contact slips and no motor exceeds its limit as long as |w| < d / σmax(G⁺_K), with d the
-distance of the contact forces from the nearest limit. The forces are those that bear the weight, plus
-internal ones that the servos can control: the range of (1 - G⁺_K G) K J. PCR takes the best of them.
+distance of the contact forces from the nearest limit. The forces are those that bear the weight,
+plus internal ones that the servos can control: the range of (1 - G⁺_K G) K J. PCR takes the best
+of them.
 
-Contacts that slip or let go need not bring the grasp down. PGR gives each contact one of three states,
-sticks (all forces), slips (the normal force alone), off (none), and takes the best of all 3ⁿ sets in
-which stiffness still holds the object in place.
+Contacts that slip or let go need not bring the grasp down. PGR gives each contact one of three
+states, sticks (all forces), slips (the normal force alone), off (none), and takes the best of all
+3ⁿ sets in which stiffness still holds the object in place.
 
-Bicchi: On the closure properties of robotic grasping, Int. J. Robotics Research 14(4), 1995; Pozzi,
-Malvezzi, Prattichizzo: On grasp quality measures: grasp robustness and contact force distribution in
-underactuated and compliant robotic hands, IEEE RA-L 2(1), 2017. SynGrasp's code minimises a smooth
-barrier function in place of the distance, takes stiffness 1, and bounds contact forces by constants;
-here the distance itself is maximised, by a linear program, within the motors' limits.
+Bicchi: On the closure properties of robotic grasping, Int. J. Robotics Research 14(4), 1995;
+Pozzi, Malvezzi, Prattichizzo: On grasp quality measures: grasp robustness and contact force
+distribution in underactuated and compliant robotic hands, IEEE RA-L 2(1), 2017. SynGrasp's code
+minimises a smooth barrier function in place of the distance, takes stiffness 1, and bounds contact
+forces by constants; here the distance itself is maximised, by a linear program, within the motors'
+limits.
 """
 
 from __future__ import annotations
@@ -206,5 +208,3 @@ def _basis(matrix: np.ndarray) -> np.ndarray:
     """Orthonormal columns that span those of a matrix."""
     left, values, _ = np.linalg.svd(matrix, full_matrices=False)
     return left[:, values > HELD_TOLERANCE * max(float(values.max(initial=0.0)), 1e-300)]
-
-

@@ -4,9 +4,9 @@ GraspIt! calls it grasp force optimisation (Miller, Allen: GraspIt!, IEEE Roboti
 Magazine 11(4), 2004); the problem is Kerr and Roth's (Analysis of multifingered hands, Int. J.
 Robotics Research 4(4), 1986).
 
-Forces inside a cone are f = Σ x_e (n + μ u_e) + x₀ n with x >= 0 and unit tangents u_e, so that
-μ x₀ is friction that is left. Where no such forces bear the task, friction that is not there is added
-as y_e μ u_e, y >= 0, as little as possible at the contact that needs most.
+Forces inside a cone are f = Σ x_e (n + μ u_e) + x₀ n with x >= 0 and unit tangents u_e, so that μ
+x₀ is friction that is left. Where no such forces bear the task, friction that is not there is
+added as y_e μ u_e, y >= 0, as little as possible at the contact that needs most.
 """
 
 from __future__ import annotations
@@ -32,15 +32,15 @@ def slip_margin(hand: HandBound, tasks: ArrayLike, edges: int = 12) -> float:
 
     - above 0: every contact can press and bear its share of every task without slipping;
     - 0: a task needs all friction of some contact, or some contact bears nothing;
-    - below 0: no forces inside the friction cones bear some task; friction would have to be larger by
-      that much at some contact;
+    - below 0: no forces inside the friction cones bear some task; friction would have to be larger
+      by that much at some contact;
     - -inf: no pushing forces at all do within the motors' limits; inf: the motors limit none.
 
     A moment of a soft point takes its share: μ f_n - |f_t| - |m| μ g*/τ*.
 
-    So it is at least 0 exactly where ``hand_task_scaling`` with as many edges is at least 1. It sees
-    whether the motors can exert such forces, not whether they do, and not by how much the task
-    could grow.
+    So it is at least 0 exactly where ``hand_task_scaling`` with as many edges is at least 1. It
+    sees whether the motors can exert such forces, not whether they do, and not by how much the
+    task could grow.
 
     Args:
         hand: contacts and motors.
@@ -161,7 +161,9 @@ def _best(
         np.concatenate([np.zeros(columns.shape[1]), [-1.0]]),
         A_ub=np.hstack([rows, margin[:, None]]),
         b_ub=np.concatenate([np.zeros(len(needs)), high[~tight] / size, -low[~tight] / size]),
-        A_eq=np.hstack([np.vstack([columns[:6], columns[6:][tight]]), np.zeros((balance.sum(), 1))]),
+        A_eq=np.hstack(
+            [np.vstack([columns[:6], columns[6:][tight]]), np.zeros((balance.sum(), 1))]
+        ),
         b_eq=np.concatenate([task, low[tight]]) / size,
         bounds=[*[(0.0, None)] * (columns.shape[1] - free), *[(None, None)] * (free + 1)],
         method="highs-ds",

@@ -42,7 +42,7 @@ METRICS: tuple[FieldMetric, ...] = (
         least_stiffness,
         "N/m",
         "Cutkosky and Kao 1989; Rimon and Burdick 2019",
-        f"Smallest eigenvalue of G(C_s + J C_q Jᵀ)⁻¹Gᵀ. {_SPRINGS} Geometric stiffness is left out.",
+        f"Smallest eigenvalue of G(C_s + J C_q Jᵀ)⁻¹Gᵀ, without geometric stiffness. {_SPRINGS}",
         "friction, torque limits, how hard contacts press",
     ),
     FieldMetric(

@@ -60,7 +60,7 @@ METRICS: tuple[FieldMetric, ...] = (
         range_deviation,
         "",
         SURVEY,
-        "Over all motors, the coupled spread joint once; ranges as the hand's description has them.",
+        "Over all motors, a coupled joint once; ranges as the hand's description has them.",
         "the object, contacts and forces",
         high_is_good=False,
     ),
@@ -82,8 +82,8 @@ METRICS: tuple[FieldMetric, ...] = (
         manipulability,
         "",
         f"Yoshikawa 1985; {SURVEY}",
-        f"J as for σmin(J); where it is taller than wide √det(JᵀJ). {_MOVING} Its unit is 1/rad per "
-        "singular value, so that grasps by different numbers of motors do not compare.",
+        f"J as for σmin(J); where it is taller than wide √det(JᵀJ). {_MOVING} Its unit is 1/rad "
+        "per singular value, so that grasps by different numbers of motors do not compare.",
         "normals, friction, forces and torque limits",
     ),
     FieldMetric(
@@ -93,8 +93,9 @@ METRICS: tuple[FieldMetric, ...] = (
         transmission_uniformity,
         "",
         SURVEY,
-        "σmin/σmax, in [0, 1]; SynGrasp has the inverse. Moments about the centre of mass, over half "
-        f"of the object's longest side, which divides J, too; contacts without moments. {_MOVING}",
+        "σmin/σmax, in [0, 1]; SynGrasp has the inverse. Moments about the centre of mass, over "
+        "half of the object's longest side, which divides J, too; contacts without moments. "
+        f"{_MOVING}",
         "friction, forces and torque limits",
     ),
 )

@@ -1,11 +1,11 @@
 """Probabilities over errors of perception: of bearing the task, of force closure; and robust ε.
 
-The tracked pose, the friction and the mass are what they are known to be off by: copies of the grasp
-with other errors of the same size are what might be true instead. Readings, joint angles and torques
-stay, so that the same pads touch in every copy, elsewhere on the object.
+The tracked pose, the friction and the mass are what they are known to be off by: copies of the
+grasp with other errors of the same size are what might be true instead. Readings, joint angles and
+torques stay, so that the same pads touch in every copy, elsewhere on the object.
 
-Weisz, Allen: Pose error robust grasping from contact wrench space metrics, ICRA 2012; Mahler et al.:
-Dex-Net 2.0, RSS 2017.
+Weisz, Allen: Pose error robust grasping from contact wrench space metrics, ICRA 2012; Mahler et
+al.: Dex-Net 2.0, RSS 2017.
 """
 
 from __future__ import annotations
@@ -23,9 +23,7 @@ from sdh_sim.metrics.hand_springs import kinematics_of
 from sdh_sim.sensing import PerceivedGrasp, TrackingErrors, add_tracking_error, pad_contacts
 from sdh_sim.sensing.perceived_grasp import gravity_task
 
-ERRORS = TrackingErrors(
-    position_error=2e-3, angle_error=0.02, friction_error=0.05, mass_error=0.05
-)
+ERRORS = TrackingErrors(position_error=2e-3, angle_error=0.02, friction_error=0.05, mass_error=0.05)
 """What the metrics take the tracker and the scale to be off by; as the noise of ``--repeats``."""
 SAMPLES, SEED = 64, 0
 CLOSED = 1e-9  # ε from which on a grasp counts as closed

@@ -36,7 +36,9 @@ def test_the_formula_of_the_literature():
     rng = np.random.default_rng(0)
     made = [gq.Contact(p, -p / np.linalg.norm(p), 0.5) for p in rng.normal(size=(3, 3))]
     jacobians = rng.normal(size=(3, 6, 4))
-    found = gq.CompliantGrasp(gq.HandBound(made, list(jacobians), np.ones(4)), [1, 2, 3], [4, 5, 6, 7], 1.0)
+    found = gq.CompliantGrasp(
+        gq.HandBound(made, list(jacobians), np.ones(4)), [1, 2, 3], [4, 5, 6, 7], 1.0
+    )
     series = np.diag(1 / found.pads) + found.jacobian @ np.diag(1 / found.servos) @ found.jacobian.T
     assert gq.contact_stiffness(found) == pytest.approx(np.linalg.inv(series), rel=1e-9)
 
@@ -137,7 +139,7 @@ def test_friction_rows_are_inside_the_cone(soft):
     rng = np.random.default_rng(0)
     tangential = rng.normal(size=(2000, 3 if soft else 2))
     forces = np.column_stack([np.ones(2000), FRICTION * tangential])
-    inside = (forces @ rows.T <= 0).all(axis=1)
+    inside = np.all(forces @ rows.T <= 0, axis=1)
     size = np.linalg.norm(tangential[:, :2], axis=1)
     if soft:
         size += np.abs(tangential[:, 2])
@@ -151,9 +153,15 @@ def test_friction_rows_are_inside_the_cone(soft):
     [
         (lambda: gq.CompliantGrasp(None, [1.0], [1.0], 1.0), "hand: expected a HandBound"),  # type: ignore[arg-type]
         (lambda: gq.CompliantGrasp(soft_pinch.hand(), [1.0], [1.0] * 2, 1.0), "one per contact"),
-        (lambda: gq.CompliantGrasp(soft_pinch.hand(), [1.0, 0.0], [1.0] * 2, 1.0), "above 0, got 0"),
+        (
+            lambda: gq.CompliantGrasp(soft_pinch.hand(), [1.0, 0.0], [1.0] * 2, 1.0),
+            "above 0, got 0",
+        ),
         (lambda: gq.CompliantGrasp(soft_pinch.hand(), [1.0] * 2, [1.0], 1.0), "one per motor"),
-        (lambda: gq.CompliantGrasp(soft_pinch.hand(), [1.0] * 2, [1.0] * 2, 0.0), "length: expected"),
+        (
+            lambda: gq.CompliantGrasp(soft_pinch.hand(), [1.0] * 2, [1.0] * 2, 0.0),
+            "length: expected",
+        ),
         (
             lambda: gq.CompliantGrasp(soft_pinch.hand(), [1.0] * 2, [1.0] * 2, 1.0, [1.0, 0.0]),
             "contact 1 is soft",

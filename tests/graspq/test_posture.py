@@ -59,7 +59,9 @@ def test_a_tall_jacobian_counts_its_joints():
 def test_uniformity_is_that_of_the_object_s_motion():
     # G = 1: contacts move as the object does.
     assert gq.transmission_uniformity(np.eye(6), 5.0 * np.eye(6)) == pytest.approx(1.0)
-    assert gq.transmission_uniformity(np.eye(6), np.diag([1, 2, 3, 4, 5, 8.0])) == pytest.approx(1 / 8)
+    assert gq.transmission_uniformity(np.eye(6), np.diag([1, 2, 3, 4, 5, 8.0])) == pytest.approx(
+        1 / 8
+    )
     # Two contacts at one place: the object moves by the mean of theirs.
     double = np.hstack([np.eye(6), np.eye(6)])
     both = np.vstack([np.diag([1, 2, 2, 2, 2, 2.0])] * 2)

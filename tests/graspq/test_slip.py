@@ -107,7 +107,11 @@ def test_axes_order_and_units_do_not_matter():
     # All forces ten times.
     strong = gq.HandBound(
         hand.contacts,
-        [np.vstack([j[0], s]) for j, s in zip(hand.jacobians, hand.spins, strict=True) if s is not None],
+        [
+            np.vstack([j[0], s])
+            for j, s in zip(hand.jacobians, hand.spins, strict=True)
+            if s is not None
+        ],
         10 * hand.torque_limit,
     )
     assert gq.slip_margin(strong, 10 * tasks) == pytest.approx(10 * gq.slip_margin(hand, tasks))
