@@ -44,11 +44,11 @@ LEVELS = [
 OLD_NAMES = {"perception", "sdh2_constants", "user_metrics"}  # they point users to the new ones
 GRASPQ_LEVELS = [
     {"errors", "scaling_result", "transmission", "_compiled"},
-    {"ellipsoid", "limits", "contact_arrays"},
+    {"ellipsoid", "limits", "posture", "contact_arrays"},
     {"contact", "inputs", "grasp_maps", "contact_geometry"},
     {"tasks", "hand_bound", "edge_weights"},
-    {"_engines", "forces"},
-    {"scaling", "ball", "volume", "hand_scaling", "closure_residuals"},
+    {"_engines", "forces", "compliance"},
+    {"scaling", "ball", "volume", "hand_scaling", "robustness", "slip", "closure_residuals"},
     {"batch", "wrench_space", "synthesis_losses", "surface_wrenches"},
 ]
 ON_A_TRIALS_WAY = (

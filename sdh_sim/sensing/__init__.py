@@ -7,7 +7,7 @@ from sdh_sim.sensing.snapshot import TactileSnapshot
 from sdh_sim.sensing.tactile_frames import TactileFrames, take_snapshot
 from sdh_sim.sensing.tactile_sensor import SensorModel, TactileSensor
 from sdh_sim.sensing.touched_pose import touched_pose
-from sdh_sim.sensing.tracking_error import add_tracking_error
+from sdh_sim.sensing.tracking_error import TrackingErrors, add_tracking_error
 from sdh_sim.sensing.unsensed_contacts import unsensed_contacts
 from sdh_sim.sensing.weight_directions import GRAVITY, directions_of, unit_vector
 
@@ -19,6 +19,7 @@ __all__ = [
     "TactileFrames",
     "TactileSensor",
     "TactileSnapshot",
+    "TrackingErrors",
     "add_tracking_error",
     "directions_of",
     "pad_contacts",

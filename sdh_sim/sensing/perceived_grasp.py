@@ -39,6 +39,9 @@ class PerceivedGrasp:
             where no taxel feels it, on parts without taxels and beyond the border of an array.
         transmission: moment arms of the motors about the columns of the contacts' Jacobians
             (motors, columns); None: the columns are the motors.
+        kinematics: the hand, whose motors' ranges and servos some metrics need; None: not known.
+        pads: whose readings made ``contacts``: ``all``, or the kind of array.
+        threshold: share of its pad's largest reading that a taxel had to exceed to count.
     """
 
     snapshot: TactileSnapshot
@@ -48,6 +51,9 @@ class PerceivedGrasp:
     task: np.ndarray
     others: tuple[PadContact, ...] = ()
     transmission: np.ndarray | None = None
+    kinematics: HandKinematics | None = None
+    pads: str = "all"
+    threshold: float = TAXEL_THRESHOLD
 
     @property
     def thing(self) -> ObjectInfo:
@@ -86,6 +92,9 @@ def perceive(
         task=gravity_task(snapshot, obj),
         others=left_out + unsensed_contacts(snapshot, obj, kinematics),
         transmission=kinematics.transmission(snapshot.joint_angles, snapshot.joints),
+        kinematics=kinematics,
+        pads=pads,
+        threshold=threshold,
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -13,10 +13,27 @@ from sdh_sim.sensing.snapshot import TactileSnapshot
 from sdh_sim.settings import TrialSettings
 
 
+@dataclass(frozen=True)
+class TrackingErrors:
+    """Standard deviations of what a tracker and a scale get wrong, named as a trial's settings.
+
+    Attributes:
+        position_error: of the object's position along each axis [m].
+        angle_error: of its rotation about each axis [rad].
+        friction_error: of the friction, relative.
+        mass_error: of the mass, relative.
+    """
+
+    position_error: float = 0.0
+    angle_error: float = 0.0
+    friction_error: float = 0.0
+    mass_error: float = 0.0
+
+
 def add_tracking_error(
     snapshot: TactileSnapshot,
     obj: ObjectInfo,
-    settings: TrialSettings,
+    settings: TrialSettings | TrackingErrors,
     rng: np.random.Generator,
 ) -> tuple[TactileSnapshot, ObjectInfo]:
     """The snapshot with the tracker's pose error, and the object as it is estimated.
