@@ -18,11 +18,11 @@ from rich.console import Console
 from rich.table import Table
 
 from experiments.command_line import Parser, at_least, fail
-from experiments.parallel import run_all
 from sdh_sim import poses
 from sdh_sim.cell import Simulation, build_scene
 from sdh_sim.cell.contacts import touching
 from sdh_sim.cell.scene import HAND_GEOM, OBJECT_GEOM
+from sdh_sim.cli.worker_pool import run_all
 from sdh_sim.errors import NoFeasibleGrasp, SettingsError
 from sdh_sim.objects import PAPER_ORDER, find_objects
 from sdh_sim.settings import TrialSettings

@@ -20,7 +20,6 @@ from rich.console import Console
 from rich.table import Table
 
 from experiments.command_line import Parser, at_least, fail
-from experiments.parallel import run_all
 from sdh_sim.analysis.comparison import Comparison, compare_scores, name_of
 from sdh_sim.analysis.load_agreement import (
     RatioSummary,
@@ -29,6 +28,7 @@ from sdh_sim.analysis.load_agreement import (
     summarise_ratios,
 )
 from sdh_sim.atomic_files import write_atomic
+from sdh_sim.cli.worker_pool import run_all
 from sdh_sim.errors import Diverged
 from sdh_sim.metrics import METRICS, evaluate
 from sdh_sim.objects import PAPER_ORDER

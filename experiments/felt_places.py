@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from experiments.command_line import Parser, at_least
-from experiments.parallel import run_all
 from sdh_sim.campaign.paper_preset import PAPER_SETTINGS
 from sdh_sim.cell.contacts import rubber_contacts, taxel_forces
+from sdh_sim.cli.worker_pool import run_all
 from sdh_sim.objects import PAPER_ORDER
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import Trial

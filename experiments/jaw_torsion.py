@@ -23,8 +23,8 @@ from rich.table import Table
 import graspq as gq
 from experiments.command_line import Parser, at_least, fail
 from experiments.devices import PADS_ALONE
-from experiments.parallel import run_all
 from sdh_sim.analysis.load_agreement import load_ratios
+from sdh_sim.cli.worker_pool import run_all
 from sdh_sim.errors import Diverged, SettingsError
 from sdh_sim.metrics import task_scaling
 from sdh_sim.objects import PAPER_ORDER

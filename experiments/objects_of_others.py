@@ -15,8 +15,8 @@ from pathlib import Path
 
 from experiments.command_line import Parser, at_least, fail
 from experiments.object_sets import Assumed, Candidate, Loaded, find_candidates, load
-from experiments.parallel import run_all
 from sdh_sim.analysis.proportion import Proportion
+from sdh_sim.cli.worker_pool import run_all
 from sdh_sim.errors import SettingsError
 from sdh_sim.objects.facts_file import MAX_MASS, MIN_MASS
 from sdh_sim.runs.plan import trial_seed

@@ -24,13 +24,13 @@ import numpy as np
 from rich.console import Console
 
 from experiments.command_line import Parser, fail
-from experiments.parallel import run_all
 from experiments.score_table import score_table, verdict_scores
 from experiments.stored_runs import read_runs
 from sdh_sim import poses
 from sdh_sim.analysis.comparison import compare_scores, name_of
 from sdh_sim.analysis.trial_tables import SURPLUS
 from sdh_sim.cell import Scene, Simulation, scene_of
+from sdh_sim.cli.worker_pool import run_all
 from sdh_sim.errors import Diverged, RecordError, RunError, SettingsError
 from sdh_sim.metrics import snapshot_of
 from sdh_sim.poses import rotation_of

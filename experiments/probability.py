@@ -19,7 +19,6 @@ from rich.console import Console
 from rich.table import Table
 
 from experiments.command_line import Parser, at_least, fail
-from experiments.parallel import run_all
 from experiments.probability_scores import (
     Shares,
     bins_of,
@@ -34,6 +33,7 @@ from sdh_sim.analysis.comparison import auc, auc_interval
 from sdh_sim.analysis.proportion import wilson_interval
 from sdh_sim.analysis.resampling import interval
 from sdh_sim.analysis.thresholds import assign_folds
+from sdh_sim.cli.worker_pool import run_all
 from sdh_sim.errors import RecordError, RunError, SettingsError
 from sdh_sim.metrics import grasp_of, read_stored, snapshot_of
 from sdh_sim.metrics.probability import SAMPLES, Probabilities, probabilities

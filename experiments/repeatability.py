@@ -14,9 +14,9 @@ from rich.console import Console
 from rich.table import Table
 
 from experiments.command_line import Parser, at_least
-from experiments.parallel import run_all
 from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.cell import scene_of
+from sdh_sim.cli.worker_pool import run_all
 from sdh_sim.objects import PAPER_ORDER
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import Trial, run_trial

@@ -22,9 +22,9 @@ from rich.table import Table
 
 import graspq as gq
 from experiments.command_line import Parser
-from experiments.parallel import run_all
 from experiments.stored_runs import read_runs
 from sdh_sim.analysis.comparison import auc
+from sdh_sim.cli.worker_pool import run_all
 from sdh_sim.errors import RecordError
 from sdh_sim.metrics import object_of, snapshot_of
 from sdh_sim.objects import ObjectInfo

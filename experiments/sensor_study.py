@@ -15,9 +15,9 @@ from rich.console import Console
 from rich.table import Table
 
 from experiments.command_line import Parser, at_least
-from experiments.parallel import run_all
 from sdh_sim.analysis.comparison import auc
 from sdh_sim.campaign.paper_preset import PAPER_SETTINGS
+from sdh_sim.cli.worker_pool import run_all
 from sdh_sim.metrics import predict
 from sdh_sim.objects import PAPER_ORDER
 from sdh_sim.sensing import SensorModel, TactileFrames, TactileSensor, take_snapshot

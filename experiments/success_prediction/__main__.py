@@ -19,7 +19,6 @@ import numpy as np
 import pyarrow as pa
 
 from experiments.command_line import Parser, fail
-from experiments.parallel import run_all
 from experiments.stored_runs import read_runs
 from experiments.success_prediction import baselines
 from experiments.success_prediction.candidates import plain_candidates, wrench_candidates
@@ -42,6 +41,7 @@ from sdh_sim.analysis import comparison as compare
 from sdh_sim.analysis.moments import MOMENT_COLUMNS
 from sdh_sim.analysis.study import Study, study_of
 from sdh_sim.analysis.trial_tables import SURPLUS
+from sdh_sim.cli.worker_pool import run_all
 from sdh_sim.errors import RecordError, RunError, SettingsError
 from sdh_sim.report import write_report
 from sdh_sim.report.data_tables import write_table

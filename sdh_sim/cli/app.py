@@ -77,6 +77,17 @@ def compare(
         typer.Option(help="Folder of the report with figures.", show_default="report in RUN"),
     ] = None,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
+    metrics: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Rank these metrics on the stored grasps, too: all, field, names, or your own as "
+            "file.py:function; again or with commas for more."
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(min=1, help="Processes for --metrics.", show_default="one per core"),
+    ] = None,
 ) -> None:
     """Compare predicted with simulated success.
 
@@ -84,7 +95,10 @@ def compare(
     """
     from sdh_sim.cli import compare as cli_compare
 
-    cli_compare.compare(runs, csv, every=every, by_hand=by_hand, report=report, pages=not no_report)
+    cli_compare.compare(
+        runs, csv, every=every, by_hand=by_hand, report=report, pages=not no_report,
+        metrics=metrics or (), workers=workers,
+    )  # fmt: skip
 
 
 @app.command()

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import csv as csv_module
 import io
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.table import Table
 
@@ -23,7 +24,12 @@ from sdh_sim.atomic_files import write_atomic
 from sdh_sim.cli.console import output, plain_table
 from sdh_sim.errors import RunError
 from sdh_sim.records import is_metric
-from sdh_sim.runs import notes_on, open_runs
+from sdh_sim.runs import OpenedRun, notes_on, open_runs
+
+if TYPE_CHECKING:
+    from sdh_sim.analysis.leaderboard import Leaderboard
+    from sdh_sim.report.page import Section
+    from sdh_sim.report.sections import Draw
 
 DASH = "-"
 REPORT = "report"  # folder inside a run's own
@@ -37,6 +43,8 @@ def compare(
     by_hand: bool = False,
     report: Path | None = None,
     pages: bool = True,
+    metrics: Sequence[str] = (),
+    workers: int | None = None,
 ) -> None:
     """Print the comparison of the runs' trials and write its report.
 
@@ -47,14 +55,19 @@ def compare(
         by_hand: runs of different hands may be given, and are shown apart.
         report: folder of the report; None takes RUN/report of a single run folder.
         pages: False writes no report.
+        metrics: evaluated anew on the stored grasps and ranked, besides: ``all``, ``field``, names,
+            users' own.
+        workers: processes that do so; None: one per core.
 
     Raises:
         RunError: a run or a place to write that cannot be used.
+        SettingsError: a metric that there is not.
     """
     with open_runs(runs) as opened:
         tables = [run.table for run in opened]
         study = read_study(tables, ALL_METRICS if every else METRICS, by_hand=by_hand)
         about_runs = notes_on(opened)
+        board = _ranked(opened, metrics, workers) if metrics and study.read else None
     if not study.read:
         raise RunError(f"{runs[0]} holds no finished trial yet; continue it with --resume first")
     if csv is not None:
@@ -65,11 +78,31 @@ def compare(
         output().print(moment_table(study, prefix))
     for line in [*notes(study.comparisons), *study_notes(study), *about_runs]:
         output().print(line, markup=False, soft_wrap=True)
+    if board is not None:
+        _print_board(board, bool(study.load))
     if pages:
-        output().print(_report(study, runs, report), markup=False, soft_wrap=True)
+        output().print(_report(study, runs, report, board), markup=False, soft_wrap=True)
 
 
-def _report(study: Study, runs: Sequence[Path], folder: Path | None) -> str:
+def _ranked(
+    opened: Sequence[OpenedRun], metrics: Sequence[str], workers: int | None
+) -> Leaderboard:
+    from sdh_sim.cli.field_comparison import compare_field  # MuJoCo takes its time
+
+    return compare_field(opened, metrics, workers)
+
+
+def _print_board(board: Leaderboard, load: bool) -> None:
+    from sdh_sim.cli.field_comparison import leaderboard_notes, leaderboard_table
+
+    output().print(leaderboard_table(board.standings[board.main], load))
+    for line in leaderboard_notes(board):
+        output().print(line, markup=False, soft_wrap=True)
+
+
+def _report(
+    study: Study, runs: Sequence[Path], folder: Path | None, board: Leaderboard | None
+) -> str:
     """Write the report; the line that says where it is, or how to get one."""
     if folder is None:
         if len(runs) > 1 or not runs[0].is_dir():
@@ -80,13 +113,22 @@ def _report(study: Study, runs: Sequence[Path], folder: Path | None) -> str:
     names = ", ".join(run.resolve().name for run in runs)
     lead = f"{'Runs' if len(runs) > 1 else 'Run'} {names}: {study.compared} trials compared"
     try:
-        page = write_report(study, folder, lead)
+        page = write_report(study, folder, lead, extra=_sections(board))
     except OSError as error:
         raise RunError(
             f"cannot write the report to {folder}: {error.strerror or error}; choose another "
             "--report, or --no-report"
         ) from error
     return f"report: {page}"
+
+
+def _sections(board: Leaderboard | None) -> Callable[[Draw], list[Section]] | None:
+    """What the page shows of the metrics side by side."""
+    if board is None:
+        return None
+    from sdh_sim.report.leaderboard_section import leaderboard_section
+
+    return lambda draw: [leaderboard_section(board, draw)]
 
 
 def write_csv(results: Sequence[Comparison], path: Path) -> None:

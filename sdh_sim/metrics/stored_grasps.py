@@ -142,3 +142,22 @@ def grasp_of(
 def hand_of(row: Mapping[str, Any]) -> Hand:
     """The hand of a row; raises SettingsError where there is no such hand any more."""
     return built_in_hand(row.get(records.HAND_NAME) or DEFAULT_HAND)
+
+
+def at_lift_off(row: Mapping[str, Any]) -> dict[str, Any] | None:
+    """The row with its second snapshot in the place of the first.
+
+    Args:
+        row: a row as ``records.read_rows`` gives it.
+
+    Returns:
+        None where no snapshot was taken at lift-off.
+    """
+    later = {
+        name.removeprefix(records.LIFT_OFF): value
+        for name, value in row.items()
+        if name.startswith(records.LIFT_OFF)
+    }
+    if later.get("object_pose_hand") is None:
+        return None
+    return {**row, **later}

@@ -77,7 +77,7 @@ def evaluate_user_metrics(grasp: PerceivedGrasp, metrics: Iterable[UserMetric]) 
             row[metric.column] = _number(function(copy.deepcopy(grasp)))
         except (Exception, SystemExit) as error:
             row[metric.column] = math.nan
-            faults.append(f"{metric.name}: {_summary(error)}")
+            faults.append(f"{metric.name}: {summary(error)}")
     if row:
         row[METRIC_ERROR] = "\n".join(faults)
     return row
@@ -126,7 +126,7 @@ def _number(value: Any) -> float:
     return float(value)
 
 
-def _summary(error: BaseException) -> str:
+def summary(error: BaseException) -> str:
     """Type and first line of an error."""
     text = (str(error).splitlines() or [""])[0][:160]
     return f"{type(error).__name__}: {text}".removesuffix(": ")
@@ -192,7 +192,7 @@ def _load(target: str) -> tuple[Metric, str]:
     except SettingsError:
         raise
     except (Exception, SystemExit) as error:
-        raise SettingsError(f"metric: {target} cannot be loaded ({_summary(error)})") from error
+        raise SettingsError(f"metric: {target} cannot be loaded ({summary(error)})") from error
     return _as_function(function, target), _sha256_of(module)
 
 

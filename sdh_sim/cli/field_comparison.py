@@ -1,0 +1,231 @@
+"""Every metric evaluated anew on the stored grasps of runs, and ranked: ``compare --metrics``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+from rich.table import Table
+
+from sdh_sim.analysis.leaderboard import Entrant, Leaderboard, Outcomes, Standing, rank_all
+from sdh_sim.analysis.study import stratified_folds
+from sdh_sim.analysis.trial_tables import groups_of, surplus_of, without_truth
+from sdh_sim.cli.console import plain_table
+from sdh_sim.cli.worker_pool import run_all
+from sdh_sim.errors import RunError
+from sdh_sim.metrics import read_stored
+from sdh_sim.metrics.field import chosen
+from sdh_sim.metrics.field_metric import FieldMetric
+from sdh_sim.metrics.field_scores import GraspScores, ScoreJob, metrics_of, score_job
+from sdh_sim.robot import hand_kinematics
+from sdh_sim.robot.find_hand import hand_in
+from sdh_sim.runs import OpenedRun
+from sdh_sim.user_references import ObjectFolder, UserMetric
+
+DASH = "-"
+
+
+@dataclass(frozen=True)
+class RatedTrials:
+    """Trials with an outcome, to be rated.
+
+    Attributes:
+        table, rows: of them.
+        runs: which of the runs each is of.
+    """
+
+    table: pa.Table
+    rows: tuple[dict[str, Any], ...]
+    runs: tuple[OpenedRun, ...]
+
+    @property
+    def groups(self) -> dict[str, np.ndarray]:
+        """Which trials belong to each object, and to all of them together."""
+        return groups_of(self.table)
+
+
+def trials_of(opened: Sequence[OpenedRun]) -> RatedTrials:
+    """The trials of runs that have an outcome and are no surplus.
+
+    Raises:
+        RecordError: a table lacks what a snapshot consists of.
+        RunError: there are none.
+    """
+    table, rows = read_stored([run.table for run in opened])
+    usable = ~without_truth(table) & ~surplus_of(table)
+    if not usable.any():
+        raise RunError(f"{opened[0].given} holds no trial with an outcome yet")
+    owners = [run for run in opened for _ in range(run.rows)]
+    kept = np.flatnonzero(usable)
+    return RatedTrials(
+        table.filter(pa.array(usable)),
+        tuple(rows[k] for k in kept),
+        tuple(owners[k] for k in kept),
+    )
+
+
+def jobs_of(
+    trials: RatedTrials,
+    known: tuple[str, ...],
+    own: tuple[UserMetric, ...],
+    rows: Sequence[Mapping[str, Any] | None] | None = None,
+) -> list[ScoreJob | None]:
+    """What workers are to rate.
+
+    Args:
+        trials: the trials.
+        known, own: the metrics.
+        rows: of another moment of the same trials; None where there is none.
+    """
+    found: list[ScoreJob | None] = []
+    for row, run in zip(trials.rows if rows is None else rows, trials.runs, strict=True):
+        if row is None:
+            found.append(None)
+            continue
+        plan, pads, kinematics = run.plan, "all", None
+        folders: Mapping[str, ObjectFolder] = {}
+        if plan is not None:
+            pads, folders = plan.settings.pads, plan.folders
+            kinematics = hand_kinematics(hand_in(plan.settings))
+        found.append(ScoreJob(row, pads, kinematics, folders, known, own))
+    return found
+
+
+def outcomes_of(trials: RatedTrials, scores: Sequence[GraspScores | None]) -> Outcomes:
+    """What became of the trials; ``scores`` tell which of them a pad felt."""
+    table, rows = trials.table, trials.rows
+    loads = None
+    if "q_sim" in table.column_names:
+        loads = _floats(rows, "q_sim")
+        if np.isnan(loads).all():
+            loads = None
+    return Outcomes(
+        success=np.array([bool(row["success"]) for row in rows]),
+        fold=stratified_folds(table),
+        q_sim=loads,
+        displacement_mm=_floats(rows, "displacement_mm"),
+        sensed=np.array([s is not None and not np.isnan(s.seconds).all() for s in scores]),
+    )
+
+
+def _floats(rows: Sequence[Mapping[str, Any]], name: str) -> np.ndarray:
+    return np.array([math.nan if row.get(name) is None else row[name] for row in rows], float)
+
+
+def entrants_of(
+    metrics: Sequence[FieldMetric], scores: Sequence[GraspScores | None]
+) -> list[Entrant]:
+    """The metrics with their values; the worst where a trial has no snapshot.
+
+    Args:
+        metrics: in the order of the scores.
+        scores: of the trials.
+    """
+    worst = np.array([metric.worst for metric in metrics])
+    values = np.array([worst if s is None else s.values for s in scores])
+    none = np.full(len(metrics), np.nan)
+    seconds = np.array([none if s is None else s.seconds for s in scores])
+    faults: dict[str, str] = {}
+    for found in scores:
+        faults = {**(found.faults if found else {}), **faults}
+    return [
+        Entrant(
+            *(metric.name, metric.label, metric.family, values[:, k]),
+            high_is_good=metric.high_is_good,
+            threshold=metric.threshold,
+            cost_us=1e6 * _median(seconds[:, k]),
+            fault=faults.get(metric.name, ""),
+        )
+        for k, metric in enumerate(metrics)
+    ]
+
+
+def _median(values: np.ndarray) -> float:
+    known = values[~np.isnan(values)]
+    return float(np.median(known)) if len(known) else math.nan
+
+
+def rate(
+    jobs: Sequence[ScoreJob | None], title: str, workers: int | None
+) -> list[GraspScores | None]:
+    """The scores of the jobs, by worker processes."""
+    wanted = [k for k, job in enumerate(jobs) if job is not None]
+    found: list[GraspScores | None] = [None] * len(jobs)
+    done = run_all(score_job, [jobs[k] for k in wanted], title, workers)
+    for k, scores in zip(wanted, done, strict=True):
+        found[k] = scores
+    return found
+
+
+def compare_field(
+    opened: Sequence[OpenedRun], asked: Sequence[str], workers: int | None = None
+) -> Leaderboard:
+    """Evaluate the metrics asked for on the runs' grasps before the lift, and rank them.
+
+    Args:
+        opened: the runs.
+        asked: as ``sdh_sim.metrics.field.chosen`` takes them.
+        workers: processes; None: one per core.
+
+    Raises:
+        SettingsError: no such metric, or two of one name.
+        RunError, RecordError: runs that cannot be rated.
+    """
+    known, own = chosen(asked)
+    trials = trials_of(opened)
+    scores = rate(jobs_of(trials, known, own), "metrics", workers)
+    entrants = entrants_of(metrics_of(known, own), scores)
+    return rank_all(entrants, outcomes_of(trials, scores), trials.groups)
+
+
+def leaderboard_table(standings: Sequence[Standing], load: bool) -> Table:
+    """One line per metric, the best first.
+
+    Args:
+        standings: of one group of trials.
+        load: whether there were load tests.
+    """
+    heads = ["metric", "family", "AUC", "best acc. %", "at own %"]
+    heads += ["ρ q_sim"] if load else []
+    table = plain_table(*heads, "ρ motion", "µs", "p", text=(0, 1))
+    for s in standings:
+        cells = [s.entrant.label, s.entrant.family, _area(s)]
+        cells += [s.best.accuracy.percent if s.best else DASH, s.own.percent]
+        cells += [_number(s.rank_load)] if load else []
+        cells += [_number(s.rank_motion), _cost(s.entrant.cost_us)]
+        table.add_row(*cells, DASH if s.holm_p is None else f"{s.holm_p:.2g}")
+    return table
+
+
+def leaderboard_notes(board: Leaderboard) -> list[str]:
+    """What the reader of the table has to know."""
+    standings = board.standings[board.main]
+    lines = [
+        f"{standings[0].n} trials, every metric on all of them, from the snapshot before the lift. "
+        "AUC with its 95 % score interval; accuracy at the threshold chosen on other trials, and "
+        "at the metric's own; ρ: rank correlation, above 0 is good; µs of processor time a grasp, "
+        "the median; p: DeLong's test against the best of the table, with Holm's correction."
+    ]
+    lines += [f"{s.entrant.label}: {s.remarks}." for s in standings if s.remarks]
+    if any(s.missing for s in standings):
+        lines.append("A grasp for which a metric has no value counts as its worst.")
+    return lines
+
+
+def _area(s: Standing) -> str:
+    if s.auc is None or s.auc_interval is None:
+        return DASH
+    low, high = s.auc_interval
+    return f"{s.auc:.3f} ({low:.2f}–{high:.2f})"
+
+
+def _number(value: float | None) -> str:
+    return DASH if value is None else f"{value:.2f}".replace("-", "−")
+
+
+def _cost(microseconds: float) -> str:
+    return DASH if math.isnan(microseconds) else f"{microseconds:,.0f}"
