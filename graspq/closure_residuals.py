@@ -149,7 +149,7 @@ def span_loss(
         centre: what moments are taken about (3,) [m].
         targets: "axes" or "zero".
         torque_weight: factor on moments [1/m].
-        largest_weight: of an edge.
+        largest_weight: of an edge; the default is the class's, the authors' script gives 20.
         svd_gain: gain of the singular values' term.
 
     Raises:
