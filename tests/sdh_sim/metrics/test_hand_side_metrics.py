@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import math
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -90,6 +92,15 @@ def test_a_grasp_of_earlier_versions_can_still_be_made(grasp):
     )
     assert made.kinematics is None
     assert slip.slip_margin(made) == slip.slip_margin(grasp)
+
+
+def test_copies_share_the_hand_and_a_pickled_grasp_finds_it_again(grasp):
+    assert copy.deepcopy(grasp).kinematics is grasp.kinematics
+    data = pickle.dumps(grasp)
+    assert len(data) < 200_000  # not the compiled model
+    again = pickle.loads(data)
+    assert compliance.least_stiffness(again) == compliance.least_stiffness(grasp)
+    assert pickle.loads(pickle.dumps(replace(grasp, kinematics=None))).kinematics is None
 
 
 def test_the_springs_are_those_of_the_model(grasp):
