@@ -56,6 +56,8 @@ from sdh_sim.user_references import ObjectFolder
 
 NOTHING = Probabilities(0.0, 0.0, 0.0, 0.0)  # of a grasp whose pads feel nothing
 LEAST_TRIALS = 10
+SHOWN = ("P(q* > 1)", "P_fc", "P(q* > 1), calibrated", "q*, calibrated")
+PLAIN, CALIBRATED = "q*", ", calibrated"
 
 
 class Job(NamedTuple):
@@ -133,17 +135,18 @@ def jobs_of(folder: Path, samples: int) -> list[Job]:
 def predictors_of(jobs: list[Job], found: list[Probabilities], shares: Shares) -> list[Predictor]:
     """All predictions of the trials, in the order of the table."""
     q = np.array([job.row["q_linf"] for job in jobs], dtype=float)
-    p, closure, epsilon, _ = np.array(found).T
+    p, closure, epsilon, median = np.array(found).T
     strata = np.array([f"{job.row['object']} {job.row['success']}" for job in jobs])
     fold = assign_folds(strata, np.random.default_rng(0))
     raw = [
         Predictor("P(q* > 1)", p, p, "#CC3311"),
         Predictor("P_fc", closure, closure, "#009988"),
         Predictor("robust ε", epsilon, None, colour_of("epsilon_l1")),
-        Predictor("q*", np.nan_to_num(q, nan=0.0, posinf=np.inf), None, colour_of("q_linf")),
+        Predictor("median q*", median, None, GREY),
+        Predictor(PLAIN, np.nan_to_num(q, nan=0.0, posinf=np.inf), None, colour_of("q_linf")),
     ]
     return raw + [
-        Predictor(f"{r.name}, calibrated", r.scores, calibrated(r.scores, shares, fold), r.colour)
+        Predictor(r.name + CALIBRATED, r.scores, calibrated(r.scores, shares, fold), r.colour)
         for r in raw
     ]
 
@@ -173,6 +176,31 @@ def table_of(predictors: list[Predictor], shares: Shares, success: np.ndarray) -
     return table
 
 
+def gains(predictors: list[Predictor], shares: Shares) -> str:
+    """By how much each ranks the copies better than plain q*, over the same resamples."""
+    weights = trial_weights(len(shares.copies), np.random.default_rng(0))
+    plain = next(one for one in predictors if one.name == PLAIN)
+    cells = []
+    for one in predictors:
+        if (one.probability is not None and one.name.endswith(CALIBRATED)) or one is plain:
+            continue
+        areas = copies_auc(one.scores, shares, weights) - copies_auc(plain.scores, shares, weights)
+        low, high = interval(areas[np.isfinite(areas)])
+        gain = copies_auc(one.scores, shares)[0] - copies_auc(plain.scores, shares)[0]
+        cells.append(f"{one.name} {gain:+.3f} ({low:+.3f} to {high:+.3f})")
+    return f"AUC over copies less that of {PLAIN}: {', '.join(cells)}."
+
+
+def by_bins(one: Predictor, shares: Shares) -> str:
+    """What the copies did, by what was predicted of them."""
+    assert one.probability is not None
+    cells = [
+        f"{b.predicted:.2f}: {b.observed:.2f} ({int(b.members.sum())})"
+        for b in bins_of(one.probability, shares)
+    ]
+    return f"{one.name}, predicted: share of copies that held (trials): {', '.join(cells)}."
+
+
 def _trial_area(scores: np.ndarray, success: np.ndarray) -> str:
     area = auc(scores, success)
     if area is None:
@@ -183,7 +211,8 @@ def _trial_area(scores: np.ndarray, success: np.ndarray) -> str:
 
 def draw(predictors: list[Predictor], shares: Shares, stem: Path) -> Path:
     """Reliability diagrams of the probabilities: predicted against observed shares."""
-    shown = [one for one in predictors if one.probability is not None][:2] + predictors[-2:]
+    stated = {one.name: one for one in predictors if one.probability is not None}
+    shown = [stated[name] for name in SHOWN]
     with style():
         figure, axes = panels(2, 6.2, 2, sharex=True, sharey=True)
         for k, (panel, one) in enumerate(zip(axes, shown, strict=True)):
@@ -246,6 +275,8 @@ def main(argv: list[str] | None = None) -> None:
         found = run_all(predict_job, jobs, "grasps", args.workers)
     predictors = predictors_of(jobs, found, shares)
     Console(width=120).print(table_of(predictors, shares, success))
+    print(gains(predictors, shares))
+    print(by_bins(predictors[0], shares))
     base = shares.held.sum() / count.sum()
     print(
         f"{100 * base:.0f} % of the copies held; predicting that for each has a Brier score of"

@@ -147,7 +147,7 @@ def copies_auc(scores: np.ndarray, shares: Shares, weights: np.ndarray | None = 
     zero = np.zeros((len(weights), 1))
     good, bad = np.hstack([zero, good]), np.hstack([zero, bad])
     pairs = good[:, -1] * bad[:, -1]
-    area = np.trapezoid(good, bad, axis=1)
+    area = np.asarray(np.trapezoid(good, bad, axis=1))
     return np.divide(area, pairs, out=np.full(len(area), np.nan), where=pairs > 0.0)
 
 

@@ -12,6 +12,7 @@ import pyarrow as pa
 from rich.table import Table
 
 from sdh_sim.analysis.leaderboard import Entrant, Leaderboard, Outcomes, Standing, rank_all
+from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.analysis.study import stratified_folds
 from sdh_sim.analysis.trial_tables import groups_of, surplus_of, without_truth
 from sdh_sim.cli.console import plain_table
@@ -108,7 +109,7 @@ def outcomes_of(trials: RatedTrials, scores: Sequence[GraspScores | None]) -> Ou
         fold=stratified_folds(table),
         q_sim=loads,
         displacement_mm=_floats(rows, "displacement_mm"),
-        sensed=np.array([s is not None and not np.isnan(s.seconds).all() for s in scores]),
+        sensed=np.array([s is not None and s.sensed for s in scores]),
     )
 
 
@@ -189,12 +190,12 @@ def leaderboard_table(standings: Sequence[Standing], load: bool) -> Table:
         standings: of one group of trials.
         load: whether there were load tests.
     """
-    heads = ["metric", "family", "AUC", "best acc. %", "at own %"]
+    heads = ["metric", "family", "AUC", "best %", "own %"]
     heads += ["ρ q_sim"] if load else []
     table = plain_table(*heads, "ρ motion", "µs", "p", text=(0, 1))
     for s in standings:
         cells = [s.entrant.label, s.entrant.family, _area(s)]
-        cells += [s.best.accuracy.percent if s.best else DASH, s.own.percent]
+        cells += [_share(s.best.accuracy) if s.best else DASH, _share(s.own)]
         cells += [_number(s.rank_load)] if load else []
         cells += [_number(s.rank_motion), _cost(s.entrant.cost_us)]
         table.add_row(*cells, DASH if s.holm_p is None else f"{s.holm_p:.2g}")
@@ -206,8 +207,8 @@ def leaderboard_notes(board: Leaderboard) -> list[str]:
     standings = board.standings[board.main]
     lines = [
         f"{standings[0].n} trials, every metric on all of them, from the snapshot before the lift. "
-        "AUC with its 95 % score interval; accuracy at the threshold chosen on other trials, and "
-        "at the metric's own; ρ: rank correlation, above 0 is good; µs of processor time a grasp, "
+        "AUC with its 95 % score interval; best: accuracy at the threshold chosen on other trials; "
+        "own: at the metric's own; ρ: rank correlation, above 0 is good; µs of processor time a grasp, "
         "the median; p: DeLong's test against the best of the table, with Holm's correction."
     ]
     lines += [f"{s.entrant.label}: {s.remarks}." for s in standings if s.remarks]
@@ -221,6 +222,10 @@ def _area(s: Standing) -> str:
         return DASH
     low, high = s.auc_interval
     return f"{s.auc:.3f} ({low:.2f}–{high:.2f})"
+
+
+def _share(share: Proportion) -> str:
+    return DASH if share.value is None else f"{100 * share.value:.0f}"
 
 
 def _number(value: float | None) -> str:

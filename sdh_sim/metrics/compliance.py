@@ -11,8 +11,8 @@ EDGES = 12
 _SPRINGS = (
     "Springs: rubber of the taxels that count, with the modulus and thickness that trials have "
     "unless told otherwise; gains of the servos in the hand's model; arm, links and object rigid. "
-    "Contacts are soft points. Moments about the centre of mass over half of the object's longest "
-    "side."
+    "Contacts are soft points. Moments about the centre of mass over half the diagonal of the "
+    "object's box."
 )
 _SOURCE = "Bicchi 1995; Pozzi, Malvezzi and Prattichizzo 2017"
 

@@ -37,7 +37,7 @@ def _scaling(name: str, label: str, bound: str, blind_to: str) -> FieldMetric:
         name, label, "task", _own(name), "weights", _KRUG if bound else "this project's own",
         f"{_HF}; {bound or 'bounds of the motors'}; the object's weight within the radius of its "
         "centre of mass.",
-        blind_to, threshold=1.0,
+        blind_to, threshold=1.0, without_contact=0.0,
     )  # fmt: skip
 
 
@@ -52,7 +52,7 @@ OWN: tuple[FieldMetric, ...] = (
             f"{kind}_{bound}", f"{sign} {text}", "wrench space", _own(f"{kind}_{bound}"), unit,
             "Ferrari and Canny 1992; Miller and Allen 1999 (V)",
             f"{text} bound; {conventions}; 1 N beside 1 N m, moments about the centre of mass.",
-            "the weight; shared motors; " + _UNSENSED,
+            "the weight; shared motors; " + _UNSENSED, without_contact=0.0,
         )
         for kind, sign, unit, conventions in (
             ("epsilon", "ε", "N", _HF),

@@ -36,6 +36,7 @@ class FieldMetric:
         blind_to: what it cannot see.
         high_is_good: whether a larger value is a better grasp.
         threshold: the value beyond which it predicts success; None: it states none.
+        without_contact: value of a grasp that no pad feels; None: beyond all others.
     """
 
     name: str
@@ -48,8 +49,11 @@ class FieldMetric:
     blind_to: str
     high_is_good: bool = True
     threshold: float | None = None
+    without_contact: float | None = None
 
     @property
     def worst(self) -> float:
-        """The value of a grasp without contacts."""
+        """The value of a grasp that no pad feels."""
+        if self.without_contact is not None:
+            return self.without_contact
         return -math.inf if self.high_is_good else math.inf

@@ -30,11 +30,13 @@ class GraspScores(NamedTuple):
         values: (k,) in each metric's own orientation; NaN where it has none.
         seconds: (k,) of processor time; NaN where nothing was computed.
         faults: what a metric raised, by its name.
+        sensed: whether a pad felt a contact.
     """
 
     values: np.ndarray
     seconds: np.ndarray
     faults: dict[str, str]
+    sensed: bool
 
 
 @dataclass(frozen=True)
@@ -92,4 +94,4 @@ def score_grasp(grasp: PerceivedGrasp, metrics: Sequence[FieldMetric]) -> GraspS
         except (Exception, SystemExit) as error:
             faults[metric.name] = summary(error)
         seconds[k] = time.process_time() - start
-    return GraspScores(values, seconds, faults)
+    return GraspScores(values, seconds, faults, bool(grasp.contacts))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import graspq as gq
+from sdh_sim.metrics.contact_points import length_of
 from sdh_sim.robot import HandKinematics
 from sdh_sim.sensing import PadContact, PerceivedGrasp
 from sdh_sim.settings import TrialSettings
@@ -21,11 +22,6 @@ def kinematics_of(grasp: PerceivedGrasp) -> HandKinematics:
             "PerceivedGrasp kinematics=hand_kinematics(hand)"
         )
     return grasp.kinematics
-
-
-def length_of(grasp: PerceivedGrasp) -> float:
-    """Half of the object's longest side [m]: by it moments are made comparable with forces."""
-    return 0.5 * float(np.max(grasp.obj.extents_m))
 
 
 def point_hand(grasp: PerceivedGrasp) -> gq.HandBound:

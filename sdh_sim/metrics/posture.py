@@ -71,8 +71,8 @@ METRICS: tuple[FieldMetric, ...] = (
         singularity_distance,
         "1/rad",
         SURVEY,
-        "J takes motor speeds to the velocities of the contacts' centres, divided by half of the "
-        f"object's longest side. {_MOVING} SynGrasp takes the hand-object Jacobian instead.",
+        "J takes motor speeds to the velocities of the contacts' centres, divided by half "
+        f"the diagonal of the object's box. {_MOVING} SynGrasp takes the hand-object Jacobian instead.",
         "normals, friction, forces and torque limits",
     ),
     FieldMetric(
@@ -94,7 +94,7 @@ METRICS: tuple[FieldMetric, ...] = (
         "",
         SURVEY,
         "σmin/σmax, in [0, 1]; SynGrasp has the inverse. Moments about the centre of mass, over "
-        "half of the object's longest side, which divides J, too; contacts without moments. "
+        "half the diagonal of the object's box, which divides J, too; contacts without moments. "
         f"{_MOVING}",
         "friction, forces and torque limits",
     ),

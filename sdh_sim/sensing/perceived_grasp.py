@@ -5,15 +5,17 @@ Everything is expressed in a frame with the object's axes and its origin at the 
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
 import graspq as gq
 from sdh_sim.objects import ObjectInfo
 from sdh_sim.poses import rotation_of
-from sdh_sim.robot import HandKinematics, hand_kinematics
+from sdh_sim.robot import HandKinematics, built_in_hand, hand_kinematics
 from sdh_sim.sensing.pad_contact import PadContact
 from sdh_sim.sensing.pad_contacts import pad_contacts
 from sdh_sim.sensing.snapshot import TactileSnapshot
@@ -40,6 +42,7 @@ class PerceivedGrasp:
         transmission: moment arms of the motors about the columns of the contacts' Jacobians
             (motors, columns); None: the columns are the motors.
         kinematics: the hand, whose motors' ranges and servos some metrics need; None: not known.
+            Copies share it; pickled, a built-in hand is its name, a user's is not known any more.
         pads: whose readings made ``contacts``: ``all``, or the kind of array.
         threshold: share of its pad's largest reading that a taxel had to exceed to count.
     """
@@ -54,6 +57,21 @@ class PerceivedGrasp:
     kinematics: HandKinematics | None = None
     pads: str = "all"
     threshold: float = TAXEL_THRESHOLD
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> PerceivedGrasp:
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        shared = {"kinematics": values.pop("kinematics")}
+        return type(self)(**copy.deepcopy(values, memo), **shared)
+
+    def __getstate__(self) -> dict[str, Any]:
+        hand = self.kinematics.hand if self.kinematics else None
+        name = hand.name if hand and hand.folder is None else None
+        return self.__dict__ | {"kinematics": name}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        name = state["kinematics"]
+        known = hand_kinematics(built_in_hand(name)) if name is not None else None
+        self.__dict__.update(state | {"kinematics": known})
 
     @property
     def thing(self) -> ObjectInfo:

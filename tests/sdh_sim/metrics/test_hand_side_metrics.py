@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import math
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -10,9 +12,9 @@ import pytest
 
 import graspq as gq
 from sdh_sim.metrics import METRICS, compliance, posture, probability, slip
+from sdh_sim.metrics.contact_points import length_of
 from sdh_sim.metrics.field_metric import FAMILIES
 from sdh_sim.metrics.hand_springs import (
-    length_of,
     rubber_stiffness,
     servo_stiffness,
     weight_wrenches,
@@ -92,6 +94,15 @@ def test_a_grasp_of_earlier_versions_can_still_be_made(grasp):
     assert slip.slip_margin(made) == slip.slip_margin(grasp)
 
 
+def test_copies_share_the_hand_and_a_pickled_grasp_finds_it_again(grasp):
+    assert copy.deepcopy(grasp).kinematics is grasp.kinematics
+    data = pickle.dumps(grasp)
+    assert len(data) < 200_000  # not the compiled model
+    again = pickle.loads(data)
+    assert compliance.least_stiffness(again) == compliance.least_stiffness(grasp)
+    assert pickle.loads(pickle.dumps(replace(grasp, kinematics=None))).kinematics is None
+
+
 def test_the_springs_are_those_of_the_model(grasp):
     # models/schunk_sdh2: kp 30 of the spread joint, 20 of the others.
     assert servo_stiffness(grasp) == pytest.approx([30, 20, 20, 20, 20, 20, 20])
@@ -101,7 +112,7 @@ def test_the_springs_are_those_of_the_model(grasp):
     # 24 columns of 6 × 4 taxels: the polar moment of a rectangle of 6 × 4 pitches.
     polar = 24 * (6**2 + 4**2) / 12 * TAXEL_PITCH**2
     assert twist == pytest.approx(column * polar, rel=0.02)  # the pad is curved
-    assert length_of(grasp) == pytest.approx(0.5 * max(grasp.obj.extents_m))
+    assert length_of(grasp) == pytest.approx(0.5 * np.linalg.norm(grasp.obj.extents_m))
     assert weight_wrenches(grasp) == pytest.approx(np.array([[0, 0, 0.831 * 9.81, 0, 0, 0]]))
 
 
