@@ -154,10 +154,10 @@ def rate(
     jobs: Sequence[ScoreJob | None], title: str, workers: int | None
 ) -> list[GraspScores | None]:
     """The scores of the jobs, by worker processes."""
-    wanted = [k for k, job in enumerate(jobs) if job is not None]
+    wanted = [(k, job) for k, job in enumerate(jobs) if job is not None]
     found: list[GraspScores | None] = [None] * len(jobs)
-    done = run_all(score_job, [jobs[k] for k in wanted], title, workers)
-    for k, scores in zip(wanted, done, strict=True):
+    done = run_all(score_job, [job for _, job in wanted], title, workers)
+    for (k, _), scores in zip(wanted, done, strict=True):
         found[k] = scores
     return found
 
@@ -208,8 +208,8 @@ def leaderboard_notes(board: Leaderboard) -> list[str]:
     lines = [
         f"{standings[0].n} trials, every metric on all of them, from the snapshot before the lift. "
         "AUC with its 95 % score interval; best: accuracy at the threshold chosen on other trials; "
-        "own: at the metric's own; ρ: rank correlation, above 0 is good; µs of processor time a grasp, "
-        "the median; p: DeLong's test against the best of the table, with Holm's correction."
+        "own: at the metric's own; ρ: rank correlation, above 0 is good; µs of processor time a "
+        "grasp, the median; p: DeLong's test against the best of the table, with Holm's correction."
     ]
     lines += [f"{s.entrant.label}: {s.remarks}." for s in standings if s.remarks]
     if any(s.missing for s in standings):

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from sdh_sim.sensing import PerceivedGrasp
+if TYPE_CHECKING:
+    from sdh_sim.sensing import PerceivedGrasp
 
 
 def positions_of(grasp: PerceivedGrasp) -> np.ndarray:

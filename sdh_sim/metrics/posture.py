@@ -72,7 +72,8 @@ METRICS: tuple[FieldMetric, ...] = (
         "1/rad",
         SURVEY,
         "J takes motor speeds to the velocities of the contacts' centres, divided by half "
-        f"the diagonal of the object's box. {_MOVING} SynGrasp takes the hand-object Jacobian instead.",
+        f"the diagonal of the object's box. {_MOVING} SynGrasp takes the hand-object Jacobian "
+        "instead.",
         "normals, friction, forces and torque limits",
     ),
     FieldMetric(
