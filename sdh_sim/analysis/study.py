@@ -13,6 +13,7 @@ import pyarrow as pa
 
 from sdh_sim.analysis import comparison as compare
 from sdh_sim.analysis import trial_tables
+from sdh_sim.analysis.cases import ASIDE, Case, cases_of
 from sdh_sim.analysis.comparison import METRICS, THRESHOLD, Comparison
 from sdh_sim.analysis.curves import Curve, precision_recall, roc
 from sdh_sim.analysis.load_agreement import Agreement, agree
@@ -107,6 +108,7 @@ class Study:
         moments: every q* before the lift and at later moments; empty where none was looked at.
         surplus: number of trials left out because they exceed their object's share in a preset.
         read: number of trials read, those left out included.
+        cases: every trial but the surplus; empty where the table does not say which they are.
     """
 
     metrics: tuple[str, ...]
@@ -118,6 +120,7 @@ class Study:
     moments: tuple[TwoMoments, ...]
     surplus: int
     read: int
+    cases: tuple[Case, ...] = ()
 
     @property
     def main(self) -> str:
@@ -154,6 +157,7 @@ def read_study(
     before = columns_of(paths, MOMENT_METRICS) if later else ()
     extra = columns_of(paths, (*metrics, *own, *LOAD, "unsensed_contact"))
     extra = tuple(dict.fromkeys((*extra, *before, *later)))
+    extra = (*extra, *columns_of(paths, ASIDE))
     table = trial_tables.read_trials(paths, extra, by_hand)
     wanted = tuple(m for m in (*metrics, *own) if m in table.column_names)
     thresholds = {name: value for name, value in own.items() if value is not None}
@@ -204,6 +208,7 @@ def study_of(
         moments=compare_moments(table, usable, seeded("moments"), resamples),
         surplus=read - table.num_rows,
         read=read,
+        cases=cases_of(table, metrics),
     )
 
 

@@ -13,13 +13,12 @@ from sdh_sim.analysis.comparison import METRICS
 from sdh_sim.analysis.load_agreement import load_ratios
 from sdh_sim.analysis.study import EVERY, Study
 from sdh_sim.report import figure_style as fs
+from sdh_sim.report.dots import answering, draw_trials, select
 
-_DOT: dict[str, Any] = {
-    "linestyle": "", "marker": "o", "markersize": 3.6, "markeredgewidth": 0.8
-}  # fmt: skip
+_DOT: dict[str, Any] = {"marker": "o", "markersize": 3.6, "markeredgewidth": 0.8}
 # Ratios q*/q_sim beyond these are drawn there.
 RATIO_EDGES = (0.1, 10.0)
-_ARROW: dict[str, Any] = {"linestyle": "", "marker": ">", "markersize": 4.5}
+_ARROW: dict[str, Any] = {"marker": ">", "markersize": 4.5}
 
 
 def calibration(study: Study) -> Figure:
@@ -68,14 +67,17 @@ def load_scatter(study: Study) -> Figure:
     figure, axes = fs.panels(columns, (1.2 + 5.4 / columns) * rows, rows, sharex=True, sharey=True)
     largest = max(np.max(values.q_sim, initial=1.0) for values in study.load.values())
     limit = fs.ceiling([study.load[metric].q for metric in metrics], 1.15 * float(largest))
+    cases = [case for case in answering(study) if case.q_sim is not None]
     for position, (ax, metric) in enumerate(zip(axes, metrics, strict=False)):
         q, q_sim, capped, unsensed = study.load[metric]
         q = np.clip(q, 0.0, 0.97 * limit)  # what lies beyond is drawn at the edge
         ax.plot([0, limit], [0, limit], color=fs.GREY, linewidth=0.9, linestyle=(0, (4, 3)))
         for part, face in ((~unsensed, fs.COLOURS[metric]), (unsensed, "white")):
-            ax.plot(q_sim[part & ~capped], q[part & ~capped], markerfacecolor=face,
-                    markeredgecolor=fs.COLOURS[metric], alpha=0.8, **_DOT)  # fmt: skip
-        ax.plot(q_sim[capped], q[capped], color=fs.COLOURS[metric], **_ARROW)
+            shown = part & ~capped
+            draw_trials(ax, q_sim[shown], q[shown], select(cases, shown), metric, alpha=0.8,
+                        markerfacecolor=face, markeredgecolor=fs.COLOURS[metric], **_DOT)  # fmt: skip
+        draw_trials(ax, q_sim[capped], q[capped], select(cases, capped), metric,
+                    color=fs.COLOURS[metric], **_ARROW)  # fmt: skip
         # Linear below one weight, so that zeros have a place; logarithmic above.
         ax.set_xscale("symlog", linthresh=1.0, linscale=0.9)
         ax.set_yscale("symlog", linthresh=1.0, linscale=0.9)
@@ -98,12 +100,14 @@ def load_scatter(study: Study) -> Figure:
     grey = "#444444"
     handles = [
         Line2D([], [], markerfacecolor=grey, markeredgecolor=grey,
+               linestyle="",
                label="the pads feel all that bears load", **_DOT),
         Line2D([], [], markerfacecolor="white", markeredgecolor=grey,
+               linestyle="",
                label="something else bears load too", **_DOT),
     ]  # fmt: skip
     if any(values.capped.any() for values in study.load.values()):
-        handles.append(Line2D([], [], color=grey, label="largest load held", **_ARROW))
+        handles.append(Line2D([], [], color=grey, linestyle="", label="largest load held", **_ARROW))
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     return figure
 
@@ -112,15 +116,17 @@ def load_ratio(study: Study) -> Figure:
     """Distribution of q*/q_sim for each bound; 0 and infinity stand at the edges."""
     metrics = [m for m in study.scalings if m in study.load]
     figure, (ax,) = fs.panels(1, 0.6 + 0.55 * len(metrics), width=5.6)
-    samples = []
+    tested = [case for case in answering(study) if case.q_sim is not None]
+    samples, cases = [], []
     for metric in metrics:
         q, q_sim, capped, _ = study.load[metric]
+        cases.append(select(tested, ~capped))
         samples.append(np.clip(load_ratios(q, q_sim, capped), *RATIO_EDGES))
     for position, (metric, ratio) in enumerate(zip(metrics, samples, strict=True)):
         colour = fs.COLOURS[metric]
         spread = np.random.default_rng(0).uniform(-0.16, 0.16, len(ratio))
-        ax.plot(ratio, position + spread, linestyle="", marker="o", markersize=2.6, color=colour,
-                alpha=0.35, markeredgewidth=0)  # fmt: skip
+        draw_trials(ax, ratio, position + spread, cases[position], metric, marker="o",
+                    markersize=2.6, color=colour, alpha=0.35, markeredgewidth=0)  # fmt: skip
         ax.boxplot([ratio], positions=[position], widths=0.5, orientation="horizontal",
                    showfliers=False, manage_ticks=False,
                    medianprops={"color": colour, "linewidth": 2.2},
