@@ -50,7 +50,7 @@ class Case:
     def score(self, metric: str) -> float:
         """The metric, 0 where the trial has none: that is how a comparison counts it."""
         value = self.scores[metric]
-        return 0.0 if value is None or math.isnan(value) else value
+        return 0.0 if value is None else value
 
 
 class Mistake(NamedTuple):
@@ -86,12 +86,16 @@ def cases_of(table: pa.Table, metrics: Sequence[str]) -> tuple[Case, ...]:
             success=bool(row["success"]),
             failure=row["failure"],
             q_reason=row.get("q_reason") or "",
-            scores={metric: row[metric] for metric in metrics},
-            q_sim=row.get("q_sim"),
+            scores={metric: _number(row[metric]) for metric in metrics},
+            q_sim=_number(row.get("q_sim")),
             capped=bool(row.get("q_sim_capped")),
         )
         for number, row in enumerate(rows)
     )
+
+
+def _number(value: float | None) -> float | None:
+    return None if value is None or math.isnan(value) else float(value)
 
 
 def mispredicted(

@@ -77,6 +77,12 @@ def compare(
         typer.Option(help="Folder of the report with figures.", show_default="report in RUN"),
     ] = None,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
+    pictures: Annotated[
+        int,
+        typer.Option(
+            min=0, help="Run this many of the worst mispredictions again and show their pictures."
+        ),
+    ] = 0,
 ) -> None:
     """Compare predicted with simulated success.
 
@@ -84,7 +90,10 @@ def compare(
     """
     from sdh_sim.cli import compare as cli_compare
 
-    cli_compare.compare(runs, csv, every=every, by_hand=by_hand, report=report, pages=not no_report)
+    cli_compare.compare(
+        runs, csv, every=every, by_hand=by_hand, report=report, pages=not no_report,
+        pictures=pictures,
+    )  # fmt: skip
 
 
 @app.command()

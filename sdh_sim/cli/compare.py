@@ -33,6 +33,7 @@ def compare(
     by_hand: bool = False,
     report: Path | None = None,
     pages: bool = True,
+    pictures: int = 0,
 ) -> None:
     """Print the comparison of the runs' trials and write its report.
 
@@ -43,6 +44,7 @@ def compare(
         by_hand: runs of different hands may be given, and are shown apart.
         report: folder of the report; None takes RUN/report of a single run folder.
         pages: False writes no report.
+        pictures: how many of the worst mispredictions are run again and drawn in the report.
 
     Raises:
         RunError: a run or a place to write that cannot be used.
@@ -70,22 +72,23 @@ def compare(
     for line in [*notes(study.comparisons, runs), *study_notes(study)]:
         output().print(line, markup=False, soft_wrap=True)
     if pages:
-        output().print(_report(study, runs, report), markup=False, soft_wrap=True)
+        output().print(_report(study, runs, report, pictures), markup=False, soft_wrap=True)
 
 
-def _report(study: Study, runs: Sequence[Path], folder: Path | None) -> str:
+def _report(study: Study, runs: Sequence[Path], folder: Path | None, pictures: int) -> str:
     """Write the report; the line that says where it is, or how to get one."""
     if folder is None:
         if len(runs) > 1 or not runs[0].is_dir():
             return "No report: it has no place of its own here; give --report FOLDER."
         folder = runs[0] / REPORT
+    from sdh_sim.cli.trial_pictures import look_at
     from sdh_sim.report import write_report  # matplotlib takes its time
 
     names = ", ".join(run.resolve().name for run in runs)
     counted = sum(c.n for c in study.comparisons if c.group == study.main) // len(study.metrics)
     lead = f"{'Runs' if len(runs) > 1 else 'Run'} {names}: {counted} trials compared"
     try:
-        page = write_report(study, folder, lead)
+        page = write_report(study, folder, lead, look=look_at(runs, pictures))
     except OSError as error:
         raise RunError(
             f"cannot write the report to {folder}: {error.strerror or error}; choose another "

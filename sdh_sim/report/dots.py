@@ -43,7 +43,7 @@ class TrialDots(Line2D):
     def __init__(
         self, x: np.ndarray, y: np.ndarray, cases: Sequence[Case], metric: str, **style: Any
     ) -> None:
-        super().__init__(x, y, linestyle="", **style)
+        super().__init__(x, y, **({"linestyle": ""} | style))
         assert len(cases) in (0, len(x)), "a dot without its trial"
         self.cases = [case.number for case in cases]
         self.metric = metric
@@ -106,6 +106,6 @@ def outcome(case: Case) -> str:
 
 def value_text(value: float | None) -> str:
     """A load [weights] to two digits behind the point; a word where there is none."""
-    if value is None or np.isnan(value):
+    if value is None:
         return "none"
     return f"{value:.2f}".replace("-", MINUS).replace("inf", "∞")

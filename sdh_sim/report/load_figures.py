@@ -15,10 +15,12 @@ from sdh_sim.analysis.study import EVERY, Study
 from sdh_sim.report import figure_style as fs
 from sdh_sim.report.dots import answering, draw_trials, select
 
-_DOT: dict[str, Any] = {"marker": "o", "markersize": 3.6, "markeredgewidth": 0.8}
+_DOT: dict[str, Any] = {
+    "linestyle": "", "marker": "o", "markersize": 3.6, "markeredgewidth": 0.8
+}  # fmt: skip
 # Ratios q*/q_sim beyond these are drawn there.
 RATIO_EDGES = (0.1, 10.0)
-_ARROW: dict[str, Any] = {"marker": ">", "markersize": 4.5}
+_ARROW: dict[str, Any] = {"linestyle": "", "marker": ">", "markersize": 4.5}
 
 
 def calibration(study: Study) -> Figure:
@@ -100,14 +102,12 @@ def load_scatter(study: Study) -> Figure:
     grey = "#444444"
     handles = [
         Line2D([], [], markerfacecolor=grey, markeredgecolor=grey,
-               linestyle="",
                label="the pads feel all that bears load", **_DOT),
         Line2D([], [], markerfacecolor="white", markeredgecolor=grey,
-               linestyle="",
                label="something else bears load too", **_DOT),
     ]  # fmt: skip
     if any(values.capped.any() for values in study.load.values()):
-        handles.append(Line2D([], [], color=grey, linestyle="", label="largest load held", **_ARROW))
+        handles.append(Line2D([], [], color=grey, label="largest load held", **_ARROW))
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     return figure
 

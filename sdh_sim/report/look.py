@@ -17,10 +17,10 @@ class Look:
         names: of the runs, by ``Case.source``.
         photograph: a trial as JPEG, or why there is none, in one line.
         photographs: how many of the worst mispredictions get one.
-        hint: how to get some.
+        hint: how to get pictures, a sentence; empty where they come unasked.
     """
 
-    command: Callable[[Case], str]
+    command: Callable[[Case], str] = lambda case: ""
     names: tuple[str, ...] = ()
     photograph: Callable[[Case], bytes | str] | None = None
     photographs: int = 0

@@ -16,6 +16,8 @@ from sdh_sim.report.table_cells import (
     threshold,
 )
 
+RATE_TABLE, METRIC_TABLE, CALIBRATION_TABLE = "rates-table", "metrics-table", "calibration-table"  # their names
+
 _SHOWN_TARGETS = (0.01, 0.02, 0.05, 0.10, 0.20, 0.25, 0.30)  # desired false positive rates
 
 
@@ -44,6 +46,7 @@ def rate_table(study: Study) -> Table:
         rows,
         text_columns=(0, 1),
         ruled_rows=rules,
+        name=RATE_TABLE,
     )
 
 
@@ -100,6 +103,7 @@ def metric_table(study: Study) -> Table:
         rows,
         text_columns=(0, 1),
         ruled_rows=rules,
+        name=METRIC_TABLE,
     )
 
 
@@ -166,6 +170,7 @@ def calibration_table(study: Study) -> Table:
         ["metric", "desired", "threshold", "held out", "TPR"],
         rows,
         ruled_rows=rules,
+        name=CALIBRATION_TABLE,
     )
 
 
