@@ -31,8 +31,8 @@ def worst_section(study: Study, look: Look) -> Section:
     if not found:
         return Section("Worst mispredictions", [Paragraph("No trial was mispredicted.")])
     lead = (
-        "Grasps that were promised to hold most surely and did not, and grasps that held against "
-        "the clearest prediction, of each metric in turn, each trial once."
+        "In turn, of each metric, the failed grasps with the highest q* above the threshold and the "
+        "held ones with the lowest below it; each trial once."
     )
     parts: list[Part] = [Paragraph(lead + (f" {look.hint}" if look.hint else ""))]
     entries, failed = [], []
@@ -52,8 +52,8 @@ def worst_section(study: Study, look: Look) -> Section:
 
 def _mistake_text(mistake: Mistake, look: Look) -> str:
     case, metric, rank = mistake
-    kind = "held, though denied by" if case.success else "failed, though promised by"
-    text = f"Number {rank} of those that {kind} {name_of(metric)}: "
+    end, said = ("Held", "failure") if case.success else ("Failed", "success")
+    text = f"{end} although {name_of(metric)} predicted {said} (number {rank} of these): "
     text += say(case, [m for m in METRICS if m in case.scores])
     if case.success and case.q_reason:
         text += f". Why L∞ says 0: {case.q_reason}"

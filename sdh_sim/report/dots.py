@@ -91,12 +91,12 @@ def dots_of(figure: Figure) -> list[Dot]:
 
 
 def say(case: Case, metrics: Sequence[str]) -> str:
-    """What a trial's dot says: which it is, what was predicted and what became of it."""
+    """What a trial's dot says, in one line: which it is, what was predicted and what became of it."""
     text = f"{object_name(case.object)}, trial {case.trial}, seed {case.seed}: "
     text += ", ".join(f"{name_of(m)} {value_text(case.scores[m])}" for m in metrics)
     if case.q_sim is not None:
         text += f", q_sim {'at least ' if case.capped else ''}{value_text(case.q_sim)}"
-    return f"{text}; {outcome(case)}"
+    return " ".join(f"{text}; {outcome(case)}".split())  # one line, whatever the object's name
 
 
 def outcome(case: Case) -> str:

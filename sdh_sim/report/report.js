@@ -185,14 +185,14 @@ function unring() {
   }
 }
 
-/* What a dot says. Its title becomes its label: the browser's own tooltip would hide ours. */
+/* What a dot says: a line, then the command. Its title becomes its label: the browser's own tooltip would hide ours. */
 function words(mark) {
   const title = mark.querySelector("title");
   if (title) {
     mark.setAttribute("aria-label", title.textContent);
     title.remove();
   }
-  const [text, command] = mark.getAttribute("aria-label").split("\n\n");
+  const [text, command] = mark.getAttribute("aria-label").split(/\n(.*)/s);
   return { text, command };
 }
 
