@@ -31,11 +31,11 @@ def calibration(study: Study) -> Figure:
         c = study.findings[study.main, metric].calibration
         if c is None:
             continue
-        colour = fs.COLOURS[metric]
+        colour = fs.colour_of(metric)
         finite = np.isfinite(c.threshold)
         band = finite & np.isfinite(c.threshold_low)
         axes[0].step(c.targets[finite], c.threshold[finite], where="post", color=colour,
-                     label=fs.TEXTS[metric])  # fmt: skip
+                     label=fs.text_of(metric))  # fmt: skip
         axes[0].fill_between(c.targets[band], c.threshold_low[band], c.threshold_high[band],
                              step="post", color=colour, alpha=0.15, linewidth=0)  # fmt: skip
         axes[1].step(c.targets, c.tpr, where="post", color=colour)
@@ -74,12 +74,12 @@ def load_scatter(study: Study) -> Figure:
         q, q_sim, capped, unsensed = study.load[metric]
         q = np.clip(q, 0.0, 0.97 * limit)  # what lies beyond is drawn at the edge
         ax.plot([0, limit], [0, limit], color=fs.GREY, linewidth=0.9, linestyle=(0, (4, 3)))
-        for part, face in ((~unsensed, fs.COLOURS[metric]), (unsensed, "white")):
+        for part, face in ((~unsensed, fs.colour_of(metric)), (unsensed, "white")):
             shown = part & ~capped
             draw_trials(ax, q_sim[shown], q[shown], select(cases, shown), metric, alpha=0.8,
-                        markerfacecolor=face, markeredgecolor=fs.COLOURS[metric], **_DOT)  # fmt: skip
+                        markerfacecolor=face, markeredgecolor=fs.colour_of(metric), **_DOT)  # fmt: skip
         draw_trials(ax, q_sim[capped], q[capped], select(cases, capped), metric,
-                    color=fs.COLOURS[metric], **_ARROW)  # fmt: skip
+                    color=fs.colour_of(metric), **_ARROW)  # fmt: skip
         # Linear below one weight, so that zeros have a place; logarithmic above.
         ax.set_xscale("symlog", linthresh=1.0, linscale=0.9)
         ax.set_yscale("symlog", linthresh=1.0, linscale=0.9)
@@ -89,7 +89,7 @@ def load_scatter(study: Study) -> Figure:
         ax.set_yticks(ticks, [f"{t:g}" for t in ticks])
         ax.minorticks_off()
         a = study.agreement[study.main, metric, EVERY]
-        text = fs.TEXTS[metric]
+        text = fs.text_of(metric)
         if a.spearman is not None:
             text += f", ρ {a.spearman:.2f}"
         fs.letter(ax, position, text)
@@ -123,7 +123,7 @@ def load_ratio(study: Study) -> Figure:
         cases.append(select(tested, ~capped))
         samples.append(np.clip(load_ratios(q, q_sim, capped), *RATIO_EDGES))
     for position, (metric, ratio) in enumerate(zip(metrics, samples, strict=True)):
-        colour = fs.COLOURS[metric]
+        colour = fs.colour_of(metric)
         spread = np.random.default_rng(0).uniform(-0.16, 0.16, len(ratio))
         draw_trials(ax, ratio, position + spread, cases[position], metric, marker="o",
                     markersize=2.6, color=colour, alpha=0.35, markeredgewidth=0)  # fmt: skip
@@ -140,7 +140,7 @@ def load_ratio(study: Study) -> Figure:
         [low, 0.2, 0.5, 1, 2, 5, high], [f"≤ {low:g}", "0.2", "0.5", "1", "2", "5", f"≥ {high:g}"]
     )
     ax.minorticks_off()
-    ax.set_yticks(range(len(metrics)), [fs.TEXTS[m] for m in metrics])
+    ax.set_yticks(range(len(metrics)), [fs.text_of(m) for m in metrics])
     ax.invert_yaxis()
     ax.set_xlabel(r"$q^* \,/\, q_{\mathrm{sim}}$")
     return figure
