@@ -33,8 +33,8 @@ def look_at(runs: Sequence[Path], pictures: int) -> Look:
     if folders and not pictures:
         given = " ".join(shlex.quote(str(run)) for run in runs)
         hint = (
-            f"Their pictures need their trials run again, some seconds each: sdh-sim compare {given} "
-            f"--pictures {SUGGESTED}."
+            "Their pictures need the trials run again, some seconds each: "
+            f"sdh-sim compare {given} --pictures {SUGGESTED}."
         )
     return Look(
         command=lambda case: command(runs[case.source], case),

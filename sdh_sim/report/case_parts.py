@@ -31,8 +31,8 @@ def worst_section(study: Study, look: Look) -> Section:
     if not found:
         return Section("Worst mispredictions", [Paragraph("No trial was mispredicted.")])
     lead = (
-        "In turn, of each metric, the failed grasps with the highest q* above the threshold and the "
-        "held ones with the lowest below it; each trial once."
+        "In turn, of each metric, the failed grasps with the highest q* above the threshold and "
+        "the held ones with the lowest below it; each trial once."
     )
     parts: list[Part] = [Paragraph(lead + (f" {look.hint}" if look.hint else ""))]
     entries, failed = [], []

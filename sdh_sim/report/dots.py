@@ -43,7 +43,8 @@ class TrialDots(Line2D):
     def __init__(
         self, x: np.ndarray, y: np.ndarray, cases: Sequence[Case], metric: str, **style: Any
     ) -> None:
-        super().__init__(x, y, **({"linestyle": ""} | style))
+        given: dict[str, Any] = {"linestyle": ""} | style
+        super().__init__(x, y, **given)
         assert len(cases) in (0, len(x)), "a dot without its trial"
         self.cases = [case.number for case in cases]
         self.metric = metric
@@ -91,7 +92,7 @@ def dots_of(figure: Figure) -> list[Dot]:
 
 
 def say(case: Case, metrics: Sequence[str]) -> str:
-    """What a trial's dot says, in one line: which it is, what was predicted and what became of it."""
+    """What a trial's dot says in a line: which it is, what was predicted and what came of it."""
     text = f"{object_name(case.object)}, trial {case.trial}, seed {case.seed}: "
     text += ", ".join(f"{name_of(m)} {value_text(case.scores[m])}" for m in metrics)
     if case.q_sim is not None:

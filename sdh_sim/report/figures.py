@@ -59,12 +59,13 @@ def boxes(study: Study) -> Figure:
                 whiskerprops={"color": colour},
                 capprops={"color": colour},
             )
+            face = colour if outcome else "white"
             for x, (name, values) in enumerate(zip(objects, samples, strict=True)):
-                if cases:
-                    own = [c for c in cases if c.object == name and c.success == outcome]
+                own = [c for c in cases if c.object == name and c.success == outcome]
+                if own:
                     aside = np.random.default_rng(0).uniform(0.05, 0.15, len(values))
-                    draw_trials(ax, x + shift + aside, values, own, metric, **_SMALL_DOT,
-                                color=colour, markerfacecolor=colour if outcome else "white")  # fmt: skip
+                    draw_trials(ax, x + shift + aside, values, own, metric, color=colour,
+                                markerfacecolor=face, **_SMALL_DOT)  # fmt: skip
         ax.axhline(THRESHOLD, color=fs.GREY, linewidth=0.9, linestyle=(0, (4, 3)), zorder=0)
         ax.set_xticks(range(len(objects)), [fs.object_text(name) for name in objects])
         ax.tick_params(axis="x", length=0, labelsize=None if columns == 2 else 6.5)

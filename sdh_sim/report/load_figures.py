@@ -74,12 +74,13 @@ def load_scatter(study: Study) -> Figure:
         q, q_sim, capped, unsensed = study.load[metric]
         q = np.clip(q, 0.0, 0.97 * limit)  # what lies beyond is drawn at the edge
         ax.plot([0, limit], [0, limit], color=fs.GREY, linewidth=0.9, linestyle=(0, (4, 3)))
-        for part, face in ((~unsensed, fs.colour_of(metric)), (unsensed, "white")):
+        colour = fs.colour_of(metric)
+        for part, face in ((~unsensed, colour), (unsensed, "white")):
             shown = part & ~capped
             draw_trials(ax, q_sim[shown], q[shown], select(cases, shown), metric, alpha=0.8,
-                        markerfacecolor=face, markeredgecolor=fs.colour_of(metric), **_DOT)  # fmt: skip
-        draw_trials(ax, q_sim[capped], q[capped], select(cases, capped), metric,
-                    color=fs.colour_of(metric), **_ARROW)  # fmt: skip
+                        markerfacecolor=face, markeredgecolor=colour, **_DOT)  # fmt: skip
+        draw_trials(ax, q_sim[capped], q[capped], select(cases, capped), metric, color=colour,
+                    **_ARROW)  # fmt: skip
         # Linear below one weight, so that zeros have a place; logarithmic above.
         ax.set_xscale("symlog", linthresh=1.0, linscale=0.9)
         ax.set_yscale("symlog", linthresh=1.0, linscale=0.9)

@@ -16,7 +16,8 @@ from sdh_sim.report.table_cells import (
     threshold,
 )
 
-RATE_TABLE, METRIC_TABLE, CALIBRATION_TABLE = "rates-table", "metrics-table", "calibration-table"  # their names
+# Names of tables that figures refer to.
+RATE_TABLE, METRIC_TABLE, CALIBRATION_TABLE = "rates-table", "metrics-table", "calibration-table"
 
 _SHOWN_TARGETS = (0.01, 0.02, 0.05, 0.10, 0.20, 0.25, 0.30)  # desired false positive rates
 

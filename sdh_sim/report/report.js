@@ -42,19 +42,24 @@ for (const table of document.querySelectorAll("table")) {
 function comparison(texts, column, sign) {
   return (a, b) => {
     const [left, right] = [texts[a][column], texts[b][column]];
-    const [x, y] = [value(left), value(right)];
-    const missing = (left === "\u2013" || left === "") - (right === "\u2013" || right === "");
+    const missing = isMissing(left) - isMissing(right);
     if (missing) return missing; /* to the end, whatever the order */
-    let found = isNaN(x) || isNaN(y) ? left.localeCompare(right, "en") : Math.sign(x - y) || 0;
-    if (isNaN(x) !== isNaN(y)) found = isNaN(x) ? 1 : -1; /* numbers before words */
-    return sign * found || a - b;
+    const [x, y] = [value(left), value(right)];
+    if (x === null && y === null) return sign * left.localeCompare(right, "en") || a - b;
+    if (x === null || y === null) return sign * ((x === null) - (y === null));
+    return sign * ((x > y) - (x < y)) || a - b;
   };
 }
 
+function isMissing(text) {
+  return text === "" || text === "\u2013" || text === "none";
+}
+
+/* The number that a text begins with, or null. */
 function value(text) {
-  const plain = text.replace("\u2212", "-").replace(/^(at least|\u2265) /, "");
+  const plain = text.replace("\u2212", "-").replace(/^\u2265 /, "");
   if (/^-?(\u221e|inf)/.test(plain)) return plain[0] === "-" ? -Infinity : Infinity;
-  return /^[-+]?\d/.test(plain) ? parseFloat(plain) : NaN;
+  return /^[-+]?\d/.test(plain) ? parseFloat(plain) : null;
 }
 
 /* Dots: the nearest one to the pointer, or the one with the focus, is ringed in every figure. */

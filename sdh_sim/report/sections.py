@@ -24,6 +24,7 @@ from sdh_sim.report.page_tables import (
 )
 from sdh_sim.report.sentences import key_sentences, load_sentences, pair_sentences
 
+
 class Draw(Protocol):
     """Writes a figure: name of its files, the figure, its caption; numbers it for the page.
 
@@ -31,7 +32,6 @@ class Draw(Protocol):
     """
 
     def __call__(self, name: str, figure: Figure, caption: str, numbers: str = "") -> Picture: ...
-
 
 
 def sections_of(study: Study, draw: Draw, reference: Reference | None = None) -> list[Section]:

@@ -19,7 +19,7 @@ from sdh_sim.analysis.study import read_study
 from sdh_sim.cli.app import main
 from sdh_sim.metrics import built_in as metrics
 from sdh_sim.records import write_rows
-from sdh_sim.report import write_report
+from sdh_sim.report import figure_style, write_report
 
 FEW = 50
 
@@ -82,13 +82,25 @@ def test_all_metrics_are_those_of_a_trial():
     assert set(compare.NAMES) == set(compare.ALL_METRICS)
 
 
+def test_every_metric_has_its_own_colour_and_text():
+    assert set(figure_style.COLOURS) == set(figure_style.TEXTS) == set(compare.ALL_METRICS)
+    assert len(set(figure_style.COLOURS.values())) == len(compare.ALL_METRICS)
+
+
+def test_the_load_of_settling_is_drawn_too(run):
+    write_rows(({**r, "q_settled": r["q_sim"]} for r in rows()), run / "trials.parquet")
+    page = write_report(study(run, (*compare.METRICS, "q_settled")), run / "report", "").read_text()
+    assert "q settling" in page
+
+
 def test_the_page_stands_alone(reported):
     page = (reported / "index.html").read_text()
     assert "a &lt;run&gt; &amp; more" in page
     pictures = re.findall(r'src="data:image/svg\+xml;base64,([^"]+)"', page)
     assert len(pictures) == 7
     bare = re.sub(r'src="data:[^"]+"', "", page)
-    assert not re.search(r"https?:|//|src=|<script|<link|@import|url\(", bare)
+    assert not re.search(r"https?:|//|src=|<script[^>]|<link|@import|url\(|fetch\(", bare)
+    assert bare.count("<script>") == 1
     for picture in pictures:
         svg = base64.b64decode(picture).decode()
         links = re.findall(r'(?:href|src)="([^"]*)"', svg) + re.findall(r"url\(([^)]*)\)", svg)
@@ -100,7 +112,7 @@ def test_names_from_a_file_are_text(run):
     named = ({**r, "object": ("<script>x</script>", "a & b")[r["trial"] % 2]} for r in rows())
     write_rows(named, run / "trials.parquet")
     page = write_report(study(run, compare.METRICS), run / "report", "").read_text()
-    assert "<script" not in page
+    assert page.count("<script") == 1  # the page's own
     assert "&lt;script&gt;x&lt;/script&gt;</td>" in page
     assert "a &amp; b</td>" in page
 
