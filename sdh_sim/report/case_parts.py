@@ -66,7 +66,7 @@ def _run(case: Case, look: Look) -> str:
 
 def trials_section(study: Study, look: Look) -> Section:
     """Every trial in a table that is folded away; the data behind the dots."""
-    cases = answering(study)
+    cases = answering(study.cases)
     if not cases:
         why = f"These are more than {MOST} trials: their dots do not answer. The table of trials "
         return Section("Every trial", [Paragraph(why + "of each run has them all.")])

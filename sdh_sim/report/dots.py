@@ -15,7 +15,6 @@ from matplotlib.lines import Line2D
 
 from sdh_sim.analysis.cases import Case
 from sdh_sim.analysis.comparison import name_of
-from sdh_sim.analysis.study import Study
 from sdh_sim.report.table_cells import MINUS, object_name
 
 POINTS = 72.0  # an inch, as in the figures' SVG
@@ -66,9 +65,9 @@ def draw_trials(
     axes.autoscale_view()
 
 
-def answering(study: Study) -> tuple[Case, ...]:
-    """The trials of a study whose dots answer: all with an outcome, or none if they are many."""
-    return tuple(c for c in study.cases if c.usable) if len(study.cases) <= MOST else ()
+def answering(cases: Sequence[Case]) -> tuple[Case, ...]:
+    """The trials whose dots answer: all with an outcome, or none if they are many."""
+    return tuple(case for case in cases if case.usable) if len(cases) <= MOST else ()
 
 
 def select(cases: Sequence[Case], chosen: np.ndarray) -> list[Case]:

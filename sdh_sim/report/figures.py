@@ -34,7 +34,7 @@ def boxes(study: Study) -> Figure:
     top = fs.ceiling([study.findings[study.main, m].scored.scores for m in metrics], 3.0)
     figure, axes = fs.panels(columns, 2.9 * rows, rows, sharey=True)
     objects = _objects(study)
-    cases = answering(study)
+    cases = answering(study.cases)
     for position, (ax, metric) in enumerate(zip(axes, metrics, strict=False)):
         colour = fs.colour_of(metric)
         for outcome, shift in ((True, -0.19), (False, 0.19)):

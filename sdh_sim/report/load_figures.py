@@ -69,7 +69,7 @@ def load_scatter(study: Study) -> Figure:
     figure, axes = fs.panels(columns, (1.2 + 5.4 / columns) * rows, rows, sharex=True, sharey=True)
     largest = max(np.max(values.q_sim, initial=1.0) for values in study.load.values())
     limit = fs.ceiling([study.load[metric].q for metric in metrics], 1.15 * float(largest))
-    cases = [case for case in answering(study) if case.q_sim is not None]
+    cases = [case for case in answering(study.cases) if case.q_sim is not None]
     for position, (ax, metric) in enumerate(zip(axes, metrics, strict=False)):
         q, q_sim, capped, unsensed = study.load[metric]
         q = np.clip(q, 0.0, 0.97 * limit)  # what lies beyond is drawn at the edge
@@ -117,7 +117,7 @@ def load_ratio(study: Study) -> Figure:
     """Distribution of q*/q_sim for each bound; 0 and infinity stand at the edges."""
     metrics = [m for m in study.scalings if m in study.load]
     figure, (ax,) = fs.panels(1, 0.6 + 0.55 * len(metrics), width=5.6)
-    tested = [case for case in answering(study) if case.q_sim is not None]
+    tested = [case for case in answering(study.cases) if case.q_sim is not None]
     samples, cases = [], []
     for metric in metrics:
         q, q_sim, capped, _ = study.load[metric]

@@ -56,7 +56,7 @@ def sections_of(study: Study, draw: Draw, reference: Reference | None = None) ->
 
 
 def _distribution(study: Study, draw: Draw) -> Section:
-    beside = " Dots: the single grasps." if answering(study) else ""
+    beside = " Dots: the single grasps." if answering(study.cases) else ""
     picture = draw(
         "boxes",
         figures.boxes(study),
