@@ -49,6 +49,8 @@ def compare(
     Raises:
         RunError: a run or a place to write that cannot be used.
     """
+    if pictures and not pages:
+        raise RunError("--pictures are of the report; leave out --no-report")
     places = [_table_of(run).resolve() for run in runs]
     for run, place in zip(runs, places, strict=True):
         if places.count(place) > 1:

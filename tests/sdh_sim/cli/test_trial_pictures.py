@@ -93,5 +93,6 @@ def test_compare_takes_the_pictures_it_is_asked_for(run, quick, graphics, capsys
     assert capsys.readouterr().out.count("drawing trial") == 2
     page = (run / "report" / "index.html").read_text()
     assert "No picture of trial 2, 1: run again it went otherwise" in page
-    assert main(["compare", str(run), "--pictures", "-1"]) == 2
-    assert "--pictures" in capsys.readouterr().err
+    for wrong in (["--pictures", "-1"], ["--pictures", "1", "--no-report"]):
+        assert main(["compare", str(run), *wrong]) == 2
+        assert "--pictures" in capsys.readouterr().err

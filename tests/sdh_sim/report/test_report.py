@@ -19,7 +19,8 @@ from sdh_sim.analysis.study import read_study
 from sdh_sim.cli.app import main
 from sdh_sim.metrics import built_in as metrics
 from sdh_sim.records import write_rows
-from sdh_sim.report import figure_style, write_report
+from sdh_sim.records.settling_columns import SETTLING
+from sdh_sim.report import figure_style, load_figures, write_report
 
 FEW = 50
 
@@ -88,9 +89,14 @@ def test_every_metric_has_its_own_colour_and_text():
 
 
 def test_the_load_of_settling_is_drawn_too(run):
-    write_rows(({**r, "q_settled": r["q_sim"]} for r in rows()), run / "trials.parquet")
-    page = write_report(study(run, (*compare.METRICS, "q_settled")), run / "report", "").read_text()
-    assert "q settling" in page
+    path = run / "trials.parquet"
+    added = [SETTLING["q_settled"]]
+    write_rows(({**r, "q_settled": r["q_sim"]} for r in rows()), path, added)
+    found = study(run, ("q_linf", "q_l1", "q_settled"))
+    assert "q_settled" in found.load
+    for draw in (load_figures.load_scatter, load_figures.load_ratio):
+        colours = {line.get_color() for axes in draw(found).axes for line in axes.lines}
+        assert figure_style.COLOURS["q_settled"] in colours
 
 
 def test_the_page_stands_alone(reported):
