@@ -46,7 +46,7 @@ def files() -> list[str]:
     """Every file of the project with words in it."""
     folders = ("sdh_sim", "graspq", "experiments", "tests", "docs", "models")
     paths = [*ROOT.glob("*.*"), *(p for folder in folders for p in (ROOT / folder).rglob("*.*"))]
-    kinds = {".py", ".md", ".toml", ".yml", ".xml", ".css", ".j2", ".cff"}
+    kinds = {".py", ".md", ".toml", ".yml", ".xml", ".css", ".j2", ".js", ".cff"}
     names = {str(p.relative_to(ROOT)) for p in paths if p.suffix in kinds}
     return sorted(names - {SELF})
 

@@ -13,6 +13,7 @@ import pyarrow as pa
 
 from sdh_sim.analysis import comparison as compare
 from sdh_sim.analysis import trial_tables
+from sdh_sim.analysis.cases import ASIDE, Case, cases_of
 from sdh_sim.analysis.comparison import METRICS, THRESHOLD, Comparison
 from sdh_sim.analysis.curves import Curve, precision_recall, roc
 from sdh_sim.analysis.load_agreement import (
@@ -117,6 +118,7 @@ class Study:
         read: number of trials read, those left out included.
         compared: number of trials with an outcome that are no surplus; a metric that lacks values
             is compared on fewer.
+        cases: every trial but the surplus; empty where the table does not say which they are.
     """
 
     metrics: tuple[str, ...]
@@ -130,6 +132,7 @@ class Study:
     surplus: int
     read: int
     compared: int
+    cases: tuple[Case, ...] = ()
 
     @property
     def main(self) -> str:
@@ -166,6 +169,7 @@ def read_study(
     before = columns_of(paths, MOMENT_METRICS) if later else ()
     extra = columns_of(paths, (*metrics, *own, *LOAD, "unsensed_contact"))
     extra = tuple(dict.fromkeys((*extra, *before, *later)))
+    extra = (*extra, *columns_of(paths, ASIDE))
     table = trial_tables.read_trials(paths, extra, by_hand)
     wanted = tuple(m for m in (*metrics, *own) if m in table.column_names)
     thresholds = {name: value for name, value in own.items() if value is not None}
@@ -217,6 +221,7 @@ def study_of(
         surplus=read - table.num_rows,
         read=read,
         compared=int(usable.sum()),
+        cases=cases_of(table, metrics),
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from sdh_sim.analysis.cases import SOURCE
 from sdh_sim.errors import RecordError
 from sdh_sim.records import HAND_NAME, NO_TRUTH, added_in, columns_of, is_metric, read_table
 from sdh_sim.settings import DEFAULT_HAND
@@ -48,7 +49,8 @@ def read_trials(
 ) -> pa.Table:
     """The columns that a comparison needs, of the trials of several files.
 
-    Among them is ``surplus``: whether a trial exceeds its object's share in a preset.
+    Among them are ``surplus``, whether a trial exceeds its object's share in a preset, and
+    ``source``, the number of its file among those given.
 
     Args:
         paths: files of trials.
@@ -69,7 +71,11 @@ def read_trials(
     tables = [_with_surplus(path, columns) for path in paths]
     if by_hand:
         tables = [_of_hand(table, hand) for table, hand in zip(tables, hands, strict=True)]
-    return pa.concat_tables(tables)
+    return pa.concat_tables(_with_source(table, number) for number, table in enumerate(tables))
+
+
+def _with_source(table: pa.Table, number: int) -> pa.Table:
+    return table.append_column(SOURCE, pa.repeat(number, table.num_rows))
 
 
 def _of_hand(table: pa.Table, hand: str) -> pa.Table:

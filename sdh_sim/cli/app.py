@@ -88,6 +88,12 @@ def compare(
         int | None,
         typer.Option(min=1, help="Processes for --metrics.", show_default="one per core"),
     ] = None,
+    pictures: Annotated[
+        int,
+        typer.Option(
+            min=0, help="Run this many of the worst mispredictions again and show their pictures."
+        ),
+    ] = 0,
 ) -> None:
     """Compare predicted with simulated success.
 
@@ -97,7 +103,7 @@ def compare(
 
     cli_compare.compare(
         runs, csv, every=every, by_hand=by_hand, report=report, pages=not no_report,
-        metrics=metrics or (), workers=workers,
+        metrics=metrics or (), workers=workers, pictures=pictures,
     )  # fmt: skip
 
 

@@ -45,6 +45,7 @@ def compare(
     pages: bool = True,
     metrics: Sequence[str] = (),
     workers: int | None = None,
+    pictures: int = 0,
 ) -> None:
     """Print the comparison of the runs' trials and write its report.
 
@@ -58,11 +59,14 @@ def compare(
         metrics: evaluated anew on the stored grasps and ranked, besides: ``all``, ``field``, names,
             users' own.
         workers: processes that do so; None: one per core.
+        pictures: how many of the worst mispredictions are run again and drawn in the report.
 
     Raises:
         RunError: a run or a place to write that cannot be used.
         SettingsError: a metric that there is not.
     """
+    if pictures and not pages:
+        raise RunError("--pictures are of the report; leave out --no-report")
     with open_runs(runs) as opened:
         tables = [run.table for run in opened]
         study = read_study(tables, ALL_METRICS if every else METRICS, by_hand=by_hand)
@@ -81,7 +85,7 @@ def compare(
     if board is not None:
         _print_board(board, bool(study.load))
     if pages:
-        output().print(_report(study, runs, report, board), markup=False, soft_wrap=True)
+        output().print(_report(study, runs, report, board, pictures), markup=False, soft_wrap=True)
 
 
 def _ranked(
@@ -101,19 +105,25 @@ def _print_board(board: Leaderboard, load: bool) -> None:
 
 
 def _report(
-    study: Study, runs: Sequence[Path], folder: Path | None, board: Leaderboard | None
+    study: Study,
+    runs: Sequence[Path],
+    folder: Path | None,
+    board: Leaderboard | None,
+    pictures: int,
 ) -> str:
     """Write the report; the line that says where it is, or how to get one."""
     if folder is None:
         if len(runs) > 1 or not runs[0].is_dir():
             return "No report: it has no place of its own here; give --report FOLDER."
         folder = runs[0] / REPORT
+    from sdh_sim.cli.trial_pictures import look_at
     from sdh_sim.report import write_report  # matplotlib takes its time
 
     names = ", ".join(run.resolve().name for run in runs)
     lead = f"{'Runs' if len(runs) > 1 else 'Run'} {names}: {study.compared} trials compared"
     try:
-        page = write_report(study, folder, lead, extra=_sections(board))
+        look = look_at(runs, pictures)
+        page = write_report(study, folder, lead, extra=_sections(board), look=look)
     except OSError as error:
         raise RunError(
             f"cannot write the report to {folder}: {error.strerror or error}; choose another "

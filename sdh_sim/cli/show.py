@@ -91,6 +91,15 @@ def stored_jobs(folder: RunFolder, trials: Sequence[int]) -> list[tuple[Any, Tri
 
 def repeat(folder: RunFolder, job: Any, stored: TrialRow) -> Any:
     """Run a stored trial again, print its verdict, and warn where it differs; its log."""
+    log, row = run_again(job, stored)
+    if differing := differing_columns(row, stored):
+        _warn(folder, differing)
+    output().print(verdict(row), markup=False, soft_wrap=True)
+    return log
+
+
+def run_again(job: Any, stored: TrialRow) -> tuple[Any, TrialRow]:
+    """Run a stored trial again: its log, and its row as the run would have written it."""
     from sdh_sim.campaign.jobs import given_plan
     from sdh_sim.trial import run_trial
 
@@ -100,10 +109,7 @@ def repeat(folder: RunFolder, job: Any, stored: TrialRow) -> Any:
     row = normalise({**result.row, **job.labels})
     row["surplus"] = stored["surplus"]  # known to the run, not to the trial
     row.update({name: value for name, value in stored.items() if is_added(name)})
-    if differing := differing_columns(row, stored):
-        _warn(folder, differing)
-    output().print(verdict(row), markup=False, soft_wrap=True)
-    return result.log
+    return result.log, row
 
 
 def check_writable(option: str, path: Path) -> None:

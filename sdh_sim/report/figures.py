@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,11 +16,13 @@ from sdh_sim.analysis.curves import GRID
 from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.analysis.study import Study
 from sdh_sim.report import figure_style as fs
+from sdh_sim.report.dots import answering, draw_trials
 
 Reference = Mapping[tuple[str, str], Mapping[str, float]]
 """Published numbers: by group and metric, of ``accuracy``, ``tpr``, ``tnr``, ``auc``."""
 
 RATES = (("accuracy", 1.0), ("tpr", 0.6), ("tnr", 0.25))
+_SMALL_DOT: dict[str, Any] = {"marker": "o", "markersize": 1.9, "markeredgewidth": 0.4}
 _RATE_TEXTS = {"accuracy": "accuracy", "tpr": "true positive rate", "tnr": "true negative rate"}
 
 
@@ -31,6 +34,7 @@ def boxes(study: Study) -> Figure:
     top = fs.ceiling([study.findings[study.main, m].scored.scores for m in metrics], 3.0)
     figure, axes = fs.panels(columns, 2.9 * rows, rows, sharey=True)
     objects = _objects(study)
+    cases = answering(study.cases)
     for position, (ax, metric) in enumerate(zip(axes, metrics, strict=False)):
         colour = fs.colour_of(metric)
         for outcome, shift in ((True, -0.19), (False, 0.19)):
@@ -41,10 +45,11 @@ def boxes(study: Study) -> Figure:
                 samples.append(np.clip(scores, 0.0, 0.985 * top))
             ax.boxplot(
                 samples,
-                positions=np.arange(len(objects)) + shift,
-                widths=0.3,
+                positions=np.arange(len(objects)) + shift - (0.07 if cases else 0.0),
+                widths=0.14 if cases else 0.3,
                 patch_artist=True,
                 manage_ticks=False,
+                showfliers=not cases,
                 flierprops={"marker": ".", "markersize": 3, "markeredgecolor": colour},
                 medianprops={"color": "white" if outcome else colour, "linewidth": 1.4},
                 boxprops={
@@ -54,6 +59,13 @@ def boxes(study: Study) -> Figure:
                 whiskerprops={"color": colour},
                 capprops={"color": colour},
             )
+            face = colour if outcome else "white"
+            for x, (name, values) in enumerate(zip(objects, samples, strict=True)):
+                own = [c for c in cases if c.object == name and c.success == outcome]
+                if own:
+                    aside = np.random.default_rng(0).uniform(0.05, 0.15, len(values))
+                    draw_trials(ax, x + shift + aside, values, own, metric, color=colour,
+                                markerfacecolor=face, **_SMALL_DOT)  # fmt: skip
         ax.axhline(THRESHOLD, color=fs.GREY, linewidth=0.9, linestyle=(0, (4, 3)), zorder=0)
         ax.set_xticks(range(len(objects)), [fs.object_text(name) for name in objects])
         ax.tick_params(axis="x", length=0, labelsize=None if columns == 2 else 6.5)

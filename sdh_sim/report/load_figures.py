@@ -13,6 +13,7 @@ from sdh_sim.analysis.comparison import METRICS
 from sdh_sim.analysis.load_agreement import load_ratios
 from sdh_sim.analysis.study import EVERY, Study
 from sdh_sim.report import figure_style as fs
+from sdh_sim.report.dots import answering, draw_trials, select
 
 _DOT: dict[str, Any] = {
     "linestyle": "", "marker": "o", "markersize": 3.6, "markeredgewidth": 0.8
@@ -68,14 +69,18 @@ def load_scatter(study: Study) -> Figure:
     figure, axes = fs.panels(columns, (1.2 + 5.4 / columns) * rows, rows, sharex=True, sharey=True)
     largest = max(np.max(values.q_sim, initial=1.0) for values in study.load.values())
     limit = fs.ceiling([study.load[metric].q for metric in metrics], 1.15 * float(largest))
+    cases = [case for case in answering(study.cases) if case.q_sim is not None]
     for position, (ax, metric) in enumerate(zip(axes, metrics, strict=False)):
         q, q_sim, capped, unsensed = study.load[metric]
         q = np.clip(q, 0.0, 0.97 * limit)  # what lies beyond is drawn at the edge
         ax.plot([0, limit], [0, limit], color=fs.GREY, linewidth=0.9, linestyle=(0, (4, 3)))
-        for part, face in ((~unsensed, fs.colour_of(metric)), (unsensed, "white")):
-            ax.plot(q_sim[part & ~capped], q[part & ~capped], markerfacecolor=face,
-                    markeredgecolor=fs.colour_of(metric), alpha=0.8, **_DOT)  # fmt: skip
-        ax.plot(q_sim[capped], q[capped], color=fs.colour_of(metric), **_ARROW)
+        colour = fs.colour_of(metric)
+        for part, face in ((~unsensed, colour), (unsensed, "white")):
+            shown = part & ~capped
+            draw_trials(ax, q_sim[shown], q[shown], select(cases, shown), metric, alpha=0.8,
+                        markerfacecolor=face, markeredgecolor=colour, **_DOT)  # fmt: skip
+        draw_trials(ax, q_sim[capped], q[capped], select(cases, capped), metric, color=colour,
+                    **_ARROW)  # fmt: skip
         # Linear below one weight, so that zeros have a place; logarithmic above.
         ax.set_xscale("symlog", linthresh=1.0, linscale=0.9)
         ax.set_yscale("symlog", linthresh=1.0, linscale=0.9)
@@ -112,15 +117,17 @@ def load_ratio(study: Study) -> Figure:
     """Distribution of q*/q_sim for each bound; 0 and infinity stand at the edges."""
     metrics = [m for m in study.scalings if m in study.load]
     figure, (ax,) = fs.panels(1, 0.6 + 0.55 * len(metrics), width=5.6)
-    samples = []
+    tested = [case for case in answering(study.cases) if case.q_sim is not None]
+    samples, cases = [], []
     for metric in metrics:
         q, q_sim, capped, _ = study.load[metric]
+        cases.append(select(tested, ~capped))
         samples.append(np.clip(load_ratios(q, q_sim, capped), *RATIO_EDGES))
     for position, (metric, ratio) in enumerate(zip(metrics, samples, strict=True)):
         colour = fs.colour_of(metric)
         spread = np.random.default_rng(0).uniform(-0.16, 0.16, len(ratio))
-        ax.plot(ratio, position + spread, linestyle="", marker="o", markersize=2.6, color=colour,
-                alpha=0.35, markeredgewidth=0)  # fmt: skip
+        draw_trials(ax, ratio, position + spread, cases[position], metric, marker="o",
+                    markersize=2.6, color=colour, alpha=0.35, markeredgewidth=0)  # fmt: skip
         ax.boxplot([ratio], positions=[position], widths=0.5, orientation="horizontal",
                    showfliers=False, manage_ticks=False,
                    medianprops={"color": colour, "linewidth": 2.2},

@@ -23,6 +23,9 @@ _SUBSETS = {
     LOST: ", not held",
     SEEN: ", pads see every contact",
 }
+# Names of tables that figures refer to.
+RATE_TABLE, METRIC_TABLE, CALIBRATION_TABLE = "rates-table", "metrics-table", "calibration-table"
+
 _SHOWN_TARGETS = (0.01, 0.02, 0.05, 0.10, 0.20, 0.25, 0.30)  # desired false positive rates
 
 
@@ -51,6 +54,7 @@ def rate_table(study: Study) -> Table:
         rows,
         text_columns=(0, 1),
         ruled_rows=rules,
+        name=RATE_TABLE,
     )
 
 
@@ -110,6 +114,7 @@ def metric_table(study: Study) -> Table:
         rows,
         text_columns=(0, 1),
         ruled_rows=rules,
+        name=METRIC_TABLE,
     )
 
 
@@ -180,6 +185,7 @@ def calibration_table(study: Study) -> Table:
         ["metric", "desired", "threshold", "held out", "TPR"],
         rows,
         ruled_rows=rules,
+        name=CALIBRATION_TABLE,
     )
 
 

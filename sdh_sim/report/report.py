@@ -11,8 +11,11 @@ from matplotlib.figure import Figure
 from sdh_sim.analysis.study import Study
 from sdh_sim.atomic_files import write_atomic
 from sdh_sim.report import figure_style
+from sdh_sim.report.case_parts import TRIALS, marks_of, trials_section, worst_section
 from sdh_sim.report.data_tables import tables_of, write_table
+from sdh_sim.report.dots import POINTS, dots_of
 from sdh_sim.report.figures import Reference
+from sdh_sim.report.look import Look
 from sdh_sim.report.page import Bullets, Paragraph, Picture, Section, render_page
 from sdh_sim.report.sections import Draw, sections_of
 
@@ -42,6 +45,7 @@ def write_report(
     lead: str,
     reference: Reference | None = None,
     extra: Callable[[Draw], Sequence[Section]] | None = None,
+    look: Look | None = None,
 ) -> Path:
     """Write the report of a study.
 
@@ -51,6 +55,7 @@ def write_report(
         lead: one line below the title, such as the runs' names.
         reference: published numbers to draw beside the study's own.
         extra: gives further sections for the end of the page; its argument writes their figures.
+        look: how to look at single trials; None where nothing is known of that.
 
     Returns:
         the page.
@@ -63,11 +68,14 @@ def write_report(
     _remove_stale(folder, tables, bool(study.load))
     for name, rows in tables.items():
         write_table(rows, folder / name)
-    figures = _FigureWriter(folder)
+    look = look or Look()
+    figures = _FigureWriter(folder, study, look)
     with figure_style.style():
         sections = sections_of(study, figures.draw, reference)
         if extra is not None:
             sections += extra(figures.draw)
+    if study.cases:
+        sections += [worst_section(study, look), trials_section(study, look)]
     sections.append(_method(tables))
     path = folder / PAGE
     write_atomic(path, render_page(TITLE, lead, sections).encode())
@@ -77,13 +85,17 @@ def write_report(
 class _FigureWriter:
     """Writes figures into a folder and numbers them in the order of the page."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, study: Study, look: Look) -> None:
         self.folder, self.count = folder, 0
+        self.study, self.look = study, look
 
-    def draw(self, name: str, figure: Figure, caption: str) -> Picture:
+    def draw(self, name: str, figure: Figure, caption: str, numbers: str = "") -> Picture:
         self.count += 1
         svg, _ = figure_style.save(figure, self.folder / name)
-        return Picture(svg.read_bytes(), self.count, caption)
+        marks = marks_of(dots_of(figure), self.study.cases, self.look)
+        width, height = figure.get_size_inches() * POINTS
+        numbers = numbers or (TRIALS if marks else "")
+        return Picture(svg.read_bytes(), self.count, caption, marks, (width, height), numbers)
 
 
 def _method(tables: Iterable[str]) -> Section:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from typing import Protocol
 
 from matplotlib.figure import Figure
 
 from sdh_sim.analysis.study import Study
 from sdh_sim.report import figures, load_figures
+from sdh_sim.report.dots import answering
 from sdh_sim.report.figures import Reference
 from sdh_sim.report.page import Bullets, Picture, Section
 from sdh_sim.report.page_tables import (
+    CALIBRATION_TABLE,
+    METRIC_TABLE,
+    RATE_TABLE,
     calibration_table,
     load_table,
     metric_table,
@@ -20,8 +24,14 @@ from sdh_sim.report.page_tables import (
 )
 from sdh_sim.report.sentences import key_sentences, load_sentences, pair_sentences
 
-Draw = Callable[[str, Figure, str], Picture]
-"""Writes a figure: name of its files, the figure, its caption; numbers it for the page."""
+
+class Draw(Protocol):
+    """Writes a figure: name of its files, the figure, its caption; numbers it for the page.
+
+    ``numbers`` is the name of the table with the figure's numbers.
+    """
+
+    def __call__(self, name: str, figure: Figure, caption: str, numbers: str = "") -> Picture: ...
 
 
 def sections_of(study: Study, draw: Draw, reference: Reference | None = None) -> list[Section]:
@@ -47,13 +57,14 @@ def sections_of(study: Study, draw: Draw, reference: Reference | None = None) ->
 
 
 def _distribution(study: Study, draw: Draw) -> Section:
+    beside = " Dots: the single grasps." if answering(study.cases) else ""
     picture = draw(
         "boxes",
         figures.boxes(study),
         "Task scaling of every grasp before the lift, for grasps that held (full) and that did "
         "not (hollow). Boxes: quartiles and median; whiskers: the last trial within 1.5 "
         "interquartile ranges. Dashed: the decision boundary 1. Grasps that cannot exert the task "
-        "at all are drawn at 0, values beyond the axis at its end.",
+        "at all are drawn at 0, values beyond the axis at its end." + beside,
     )
     return Section("Distribution of the metric", [picture])
 
@@ -65,6 +76,7 @@ def _threshold_1(study: Study, draw: Draw, reference: Reference | None) -> Secti
         figures.rates(study, reference),
         "Share of the trials predicted rightly, of the successes predicted, and of the failures "
         "predicted, with 95 % Wilson intervals." + beside,
+        RATE_TABLE,
     )
     return Section("Prediction with the threshold 1", [picture, rate_table(study)])
 
@@ -74,11 +86,13 @@ def _all_thresholds(study: Study, draw: Draw, reference: Reference | None) -> Se
         "roc",
         figures.roc(study, reference),
         "Receiver operating characteristic over all trials, 95 % bands of L∞ and L1.",
+        METRIC_TABLE,
     )
     precision_recall = draw(
         "precision_recall",
         figures.precision_recall(study),
         "Precision over recall. Dashed: share of all trials that succeeded.",
+        METRIC_TABLE,
     )
     return Section("All thresholds", [roc, precision_recall, metric_table(study)])
 
@@ -91,6 +105,7 @@ def _calibration(study: Study, draw: Draw) -> Section:
         "failing grasps. (b) The share of the successful grasps that is still predicted at it. "
         "(c) The share of failing grasps that passes when the threshold was chosen on other "
         "trials.",
+        CALIBRATION_TABLE,
     )
     return Section("As conservative as desired", [picture, calibration_table(study)])
 

@@ -163,6 +163,7 @@ def test_the_options_named_in_the_text_exist():
         ROOT / "docs/quickstart.md",
         ROOT / "docs/protocol.md",
         ROOT / "docs/trials.md",
+        ROOT / "docs/report.md",
         ROOT / "docs/model.md",
         ROOT / "docs/limits.md",
     ):

@@ -64,8 +64,8 @@ def test_a_table_cell_by_cell():
     assert part(render_page("", "", [Section("", [table])])).splitlines() == [
         '<div class="wide"><table>',
         "<caption>Caption.</caption>",
-        '<thead><tr><th class="text">object</th><th class="text">metric</th>'
-        "<th>n</th></tr></thead>",
+        '<thead><tr><th scope="col" class="text">object</th>'
+        '<th scope="col" class="text">metric</th><th scope="col">n</th></tr></thead>',
         "<tbody>",
         '<tr><td class="text">box</td><td class="text">q*</td><td>1</td></tr>',
         '<tr class="rule"><td class="text"></td><td class="text">ε</td>'

@@ -19,7 +19,8 @@ from sdh_sim.analysis.study import read_study
 from sdh_sim.cli.app import main
 from sdh_sim.metrics import built_in as metrics
 from sdh_sim.records import write_rows
-from sdh_sim.report import write_report
+from sdh_sim.records.settling_columns import SETTLING
+from sdh_sim.report import figure_style, load_figures, write_report
 
 FEW = 50
 
@@ -82,13 +83,30 @@ def test_all_metrics_are_those_of_a_trial():
     assert set(compare.NAMES) == set(compare.ALL_METRICS)
 
 
+def test_every_metric_has_its_own_colour_and_text():
+    assert set(figure_style.COLOURS) == set(figure_style.TEXTS) == set(compare.ALL_METRICS)
+    assert len(set(figure_style.COLOURS.values())) == len(compare.ALL_METRICS)
+
+
+def test_the_load_of_settling_is_drawn_too(run):
+    path = run / "trials.parquet"
+    added = [SETTLING["q_settled"]]
+    write_rows(({**r, "q_settled": r["q_sim"]} for r in rows()), path, added)
+    found = study(run, ("q_linf", "q_l1", "q_settled"))
+    assert "q_settled" in found.load
+    for draw in (load_figures.load_scatter, load_figures.load_ratio):
+        colours = {line.get_color() for axes in draw(found).axes for line in axes.lines}
+        assert figure_style.COLOURS["q_settled"] in colours
+
+
 def test_the_page_stands_alone(reported):
     page = (reported / "index.html").read_text()
     assert "a &lt;run&gt; &amp; more" in page
     pictures = re.findall(r'src="data:image/svg\+xml;base64,([^"]+)"', page)
     assert len(pictures) == 7
     bare = re.sub(r'src="data:[^"]+"', "", page)
-    assert not re.search(r"https?:|//|src=|<script|<link|@import|url\(", bare)
+    assert not re.search(r"https?:|//|src=|<script[^>]|<link|@import|url\(|fetch\(", bare)
+    assert bare.count("<script>") == 1
     for picture in pictures:
         svg = base64.b64decode(picture).decode()
         links = re.findall(r'(?:href|src)="([^"]*)"', svg) + re.findall(r"url\(([^)]*)\)", svg)
@@ -100,7 +118,7 @@ def test_names_from_a_file_are_text(run):
     named = ({**r, "object": ("<script>x</script>", "a & b")[r["trial"] % 2]} for r in rows())
     write_rows(named, run / "trials.parquet")
     page = write_report(study(run, compare.METRICS), run / "report", "").read_text()
-    assert "<script" not in page
+    assert page.count("<script") == 1  # the page's own
     assert "&lt;script&gt;x&lt;/script&gt;</td>" in page
     assert "a &amp; b</td>" in page
 
