@@ -14,6 +14,7 @@ from sdh_sim._version import __version__ as __version__
 
 if TYPE_CHECKING:
     from sdh_sim.campaign import RunResult, run_campaign
+    from sdh_sim.cli.field_comparison import leaderboard
     from sdh_sim.errors import CampaignError, RecordError, RunError, SettingsError
     from sdh_sim.grasp_files import GraspEntry, read_grasps, write_grasps
     from sdh_sim.grasping import GraspPlan, plan_of
@@ -64,6 +65,7 @@ __all__ = [
     "evaluate",
     "find_metrics",
     "grasp_of",
+    "leaderboard",
     "models_dir",
     "object_info",
     "object_names",
@@ -86,6 +88,7 @@ __all__ = [
 ]
 
 _MODULES = {
+    "cli.field_comparison": ("leaderboard",),
     "campaign": ("RunResult", "run_campaign"),
     "errors": ("CampaignError", "RecordError", "RunError", "SettingsError"),
     "grasp_files": ("GraspEntry", "read_grasps", "write_grasps"),

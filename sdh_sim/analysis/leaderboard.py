@@ -195,7 +195,7 @@ def _standing(entrant: Entrant, outcomes: Outcomes, members: np.ndarray) -> Stan
         n=len(success),
         missing=int(np.isnan(looked_at).sum()),
         infinite=int(np.isinf(looked_at).sum()),
-        constant=len(looked_at) > 1 and len(np.unique(looked_at)) == 1,
+        constant=len(looked_at) > 1 and bool((looked_at == looked_at[0]).all()),
         auc=auc(scores, success),
         auc_interval=auc_interval(scores, success),
         best=cross_validate(scores, success, fold) if two_sided else None,

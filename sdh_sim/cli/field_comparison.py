@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,12 +20,20 @@ from sdh_sim.cli.console import plain_table
 from sdh_sim.cli.worker_pool import run_all
 from sdh_sim.errors import RunError
 from sdh_sim.metrics import read_stored
-from sdh_sim.metrics.field import chosen
+from sdh_sim.metrics.field import ALL, chosen, of_function, refuse_twice
 from sdh_sim.metrics.field_metric import FieldMetric
-from sdh_sim.metrics.field_scores import GraspScores, ScoreJob, metrics_of, score_job
+from sdh_sim.metrics.field_scores import (
+    GraspScores,
+    ScoreJob,
+    grasp_in,
+    metrics_of,
+    score_grasp,
+    score_job,
+)
 from sdh_sim.robot import hand_kinematics
 from sdh_sim.robot.find_hand import hand_in
-from sdh_sim.runs import OpenedRun
+from sdh_sim.runs import OpenedRun, open_runs
+from sdh_sim.sensing import PerceivedGrasp
 from sdh_sim.user_references import ObjectFolder, UserMetric
 
 DASH = "-"
@@ -181,6 +190,42 @@ def compare_field(
     scores = rate(jobs_of(trials, known, own), "metrics", workers)
     entrants = entrants_of(metrics_of(known, own), scores)
     return rank_all(entrants, outcomes_of(trials, scores), trials.groups)
+
+
+def leaderboard(
+    runs: Path | str | Sequence[Path | str],
+    metrics: Sequence[str | Callable[[PerceivedGrasp], float]] = (ALL,),
+    workers: int | None = None,
+) -> Leaderboard:
+    """Rank metrics on the trials of runs, each evaluated on the grasps before the lift.
+
+    Args:
+        runs: folders that ``lift`` made, or files of trials.
+        metrics: ``"all"``, ``"field"``, names, users' metrics as ``"file.py:function"``; or
+            functions of a perceived grasp, whose attributes ``threshold`` and ``high_is_good`` say
+            what they mean. With functions everything is computed in this process.
+        workers: processes; None: one per core.
+
+    Returns:
+        standings by object and overall, the best first.
+
+    Raises:
+        SettingsError: no such metric, or two of one name.
+        RunError, RecordError: runs that cannot be rated.
+    """
+    given = [runs] if isinstance(runs, (str, Path)) else runs
+    functions = [metric for metric in metrics if callable(metric)]
+    named = [metric for metric in metrics if isinstance(metric, str)]
+    with open_runs([Path(run) for run in given]) as opened:
+        if not functions:
+            return compare_field(opened, named, workers)
+        known, own = chosen(named) if named else ((), ())
+        every = (*metrics_of(known, own), *map(of_function, functions))
+        refuse_twice(metric.name for metric in every if metric.family == "own")
+        trials = trials_of(opened)
+    grasps = [None if job is None else grasp_in(job) for job in jobs_of(trials, (), ())]
+    scores = [None if grasp is None else score_grasp(grasp, every) for grasp in grasps]
+    return rank_all(entrants_of(every, scores), outcomes_of(trials, scores), trials.groups)
 
 
 def leaderboard_table(standings: Sequence[Standing], load: bool) -> Table:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from sdh_sim.errors import SettingsError
 from sdh_sim.metrics import (
@@ -106,13 +105,23 @@ def chosen(asked: Sequence[str]) -> tuple[tuple[str, ...], tuple[UserMetric, ...
             f"file.py:function, or some of {', '.join(KNOWN)}"
         )
     own = find_metrics(others)
-    names = [metric.name for metric in own]
-    twice = {name for name in names if name in KNOWN or names.count(name) > 1}
-    if twice:
-        raise SettingsError(
-            f"metrics: there are two of the name {min(twice)}; give yours another name"
-        )
+    refuse_twice(metric.name for metric in own)
     return tuple(dict.fromkeys(known)), own
+
+
+def refuse_twice(own: Iterable[str]) -> None:
+    """Raise SettingsError where a user's metric has the name of another one.
+
+    Args:
+        own: names of users' metrics.
+    """
+    taken = set(KNOWN)
+    for name in own:
+        if name in taken:
+            raise SettingsError(
+                f"metrics: there are two of the name {name}; give yours another name"
+            )
+        taken.add(name)
 
 
 def _installed(name: str) -> bool:
@@ -132,9 +141,25 @@ def described(metric: UserMetric) -> FieldMetric:
     Raises:
         SettingsError: its code cannot be loaded.
     """
-    function = load_metric(metric)
+    return of_function(load_metric(metric), metric.name)
+
+
+def of_function(
+    function: Callable[[PerceivedGrasp], float], name: str | None = None
+) -> FieldMetric:
+    """A function of a perceived grasp in the form of the others.
+
+    Args:
+        function: its attributes ``threshold`` and ``high_is_good`` are read where it has them.
+        name: of the metric; None takes the function's.
+
+    Raises:
+        SettingsError: a name or a threshold that cannot be used.
+    """
+    found = str(getattr(function, "__name__", "")) if name is None else name
+    threshold = getattr(function, "threshold", None)
+    checked = UserMetric(found, "function", "", threshold)
     return FieldMetric(
-        metric.name, metric.name, "own", function, "", "yours", "", "",
-        bool(getattr(function, "high_is_good", True)),
-        None if metric.threshold is None or math.isnan(metric.threshold) else metric.threshold,
+        found, found, "own", function, "", "yours", "", "",
+        bool(getattr(function, "high_is_good", True)), checked.threshold,
     )  # fmt: skip

@@ -67,8 +67,13 @@ def metrics_of(known: Sequence[str], own: Sequence[UserMetric]) -> tuple[FieldMe
 
 def score_job(job: ScoreJob) -> GraspScores | None:
     """Metrics of a stored grasp; None where the trial ended before its snapshot."""
-    grasp = grasp_of(job.row, job.pads, job.kinematics, job.folders)
+    grasp = grasp_in(job)
     return None if grasp is None else score_grasp(grasp, metrics_of(job.known, job.own))
+
+
+def grasp_in(job: ScoreJob) -> PerceivedGrasp | None:
+    """The grasp of a job; None where the trial ended before its snapshot."""
+    return grasp_of(job.row, job.pads, job.kinematics, job.folders)
 
 
 def score_grasp(grasp: PerceivedGrasp, metrics: Sequence[FieldMetric]) -> GraspScores:

@@ -31,7 +31,7 @@ def read_stored(paths: Sequence[Path]) -> tuple[pa.Table, list[dict[str, Any]]]:
     """Tables of trials, one after the other, and their rows.
 
     A table of an older version need not have the columns that came later: the result has the
-    columns that all of the tables have.
+    columns that all of the tables have, those of later moments among them.
 
     Args:
         paths: of the tables.
@@ -44,6 +44,7 @@ def read_stored(paths: Sequence[Path]) -> tuple[pa.Table, list[dict[str, Any]]]:
     """
     of_hand = records.hand_columns_of(paths)
     shared = columns_of(paths, (*records.SCHEMA.names, *of_hand))
+    shared += records.moment_columns_of(paths)
     arrays = () if of_hand else _SDH2_ARRAYS
     names = list(dict.fromkeys((*_TRIAL, *_SNAPSHOT, *arrays, *shared)))
     table = pa.concat_tables([records.read_table(path, names) for path in paths])

@@ -15,7 +15,7 @@ from sdh_sim.errors import RecordError, one_line
 from sdh_sim.records.column import Column
 from sdh_sim.records.hand_columns import as_in, is_hand_column
 from sdh_sim.records.rows import to_rows, to_table
-from sdh_sim.records.schema import column_named, columns_in, schema_of
+from sdh_sim.records.schema import column_named, columns_in, is_moment_column, schema_of
 from sdh_sim.records.trial_row import TrialRow
 from sdh_sim.records.user_columns import is_added
 
@@ -156,6 +156,12 @@ def hand_columns_of(paths: Sequence[Path]) -> tuple[str, ...]:
     """Columns of other hands than the SDH-2 that every one of the tables has."""
     first = _column_names(paths[0]) if paths else set()
     return columns_of(paths, sorted(name for name in first if is_hand_column(name)))
+
+
+def moment_columns_of(paths: Sequence[Path]) -> tuple[str, ...]:
+    """Columns of other moments than the first snapshot that every one of the tables has."""
+    first = _column_names(paths[0]) if paths else set()
+    return columns_of(paths, sorted(name for name in first if is_moment_column(name)))
 
 
 def _column_names(path: Path) -> set[str]:

@@ -142,7 +142,7 @@ def test_ids_are_unique_and_links_lead_somewhere(page):
     assert len(set(page.ids)) == len(page.ids)
     assert {"trials", "rates-table", "metrics-table"} <= set(page.ids)
     assert "calibration-table" not in page.ids  # with fewer than ten of an outcome there is none
-    assert len(page.links) == 7  # one a figure
+    assert len(page.links) == 6  # one a figure
     assert {link.removeprefix("#") for link in page.links} <= set(page.ids)
 
 
