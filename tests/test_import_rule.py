@@ -49,7 +49,7 @@ GRASPQ_LEVELS = [
     {"tasks", "hand_bound"},
     {"_engines", "forces"},
     {"scaling", "ball", "volume", "hand_scaling"},
-    {"batch", "wrench_space"},
+    {"batch", "wrench_space", "warm_up"},
 ]
 ON_A_TRIALS_WAY = (
     *("robot", "objects", "cell", "sensing", "grasping", "metrics", "settling", "trial"),
