@@ -77,10 +77,12 @@ class DaskExecutor:
         self._counted = -_RECOUNT
         self._slots = 1
         self._cluster: Any = None
+        self._config = contextlib.ExitStack()
         try:
             with limited_children(), interrupts_held():
                 where: dict[str, Any] = {"address": scheduler}
                 if scheduler is None:
+                    self._config.enter_context(_own_configuration())
                     self._cluster = _local(workers)
                     where = {"address": self._cluster}
                 elif "://" not in scheduler:
@@ -157,6 +159,7 @@ class DaskExecutor:
     def _close_cluster(self) -> None:
         if self._cluster is not None:
             self._cluster.close(timeout=_CLOSE)
+        self._config.close()
 
 
 @contextlib.contextmanager
@@ -170,20 +173,27 @@ def _lost_scheduler_is_an_error() -> Iterator[None]:
         raise WorkerDied(f"{_GONE} ({type(error).__name__})") from error
 
 
+def _own_configuration() -> Any:
+    """Dask's configuration of a cluster here; workers that replace others read it again."""
+    config: Any = importlib.import_module("dask.config")
+    return config.set(
+        {
+            "distributed.worker.daemon": False,  # a daemon process may have no children
+            "distributed.scheduler.worker-ttl": f"{_SILENT} s",
+        }
+    )
+
+
 def _local(workers: int) -> Any:
     distributed: Any = importlib.import_module("distributed")
-    config: Any = importlib.import_module("dask.config")
-    # On loopback and without web pages; a daemon process may have no children.
-    quiet = {"distributed.scheduler.worker-ttl": f"{_SILENT} s"}
-    with config.set({"distributed.worker.daemon": False, **quiet}):
-        return distributed.LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
-            host="127.0.0.1",
-            dashboard_address=None,
-            silence_logs=logging.CRITICAL,
-        )
+    return distributed.LocalCluster(  # on loopback and without web pages
+        n_workers=workers,
+        threads_per_worker=1,
+        processes=True,
+        host="127.0.0.1",
+        dashboard_address=None,
+        silence_logs=logging.CRITICAL,
+    )
 
 
 class _Trials:

@@ -115,18 +115,17 @@ def endless(settings: TrialSettings, seed: int, log: bool = False) -> Result:
     return Result(make_row(settings.object, seed))
 
 
-def stuck(settings: TrialSettings, seed: int, log: bool = False) -> Result:
-    """At every sixth seed it does not end, and no signal that can be refused ends it."""
-    _tried(seed)
+def hangs(settings: TrialSettings, seed: int, log: bool = False) -> Result:
+    """Never ends, in two ways.
+
+    At every sixth seed it sleeps and refuses SIGTERM; at others of six its first try stops its
+    process, as a debugger does.
+    """
+    again = _tried(seed) > 1
     if seed % 6 == 0:
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
         time.sleep(3600)
-    return Result(make_row(settings.object, seed))
-
-
-def stops(settings: TrialSettings, seed: int, log: bool = False) -> Result:
-    """Its first try at every second seed stops its process, as a debugger does."""
-    if _tried(seed) == 1 and seed % 2 == 0:
+    if seed % 6 == 2 and not again:
         os.kill(os.getpid(), signal.SIGSTOP)
     return Result(make_row(settings.object, seed))
 
