@@ -26,7 +26,7 @@ from tests.support.repository import ROOT
 # Lowest first; the rooms of a level do not know each other, the files of the ground may.
 GROUND = {
     "errors", "user_references", "setting_table", "settings", "run_options", "atomic_files",
-    "model_files", "poses", "thread_limits", "_version",
+    "model_files", "poses", "thread_limits", "graphics", "_version",
 }  # fmt: skip
 LEVELS = [
     GROUND,

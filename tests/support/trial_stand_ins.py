@@ -221,3 +221,10 @@ def as_slow_result(job: Job) -> JobResult:
     """As ``as_result``, never."""
     time.sleep(3600)
     return as_result(job)
+
+
+def with_mujoco(settings: TrialSettings, seed: int, log: bool = False) -> Result:
+    """Holds the object, in a process in which MuJoCo can be imported."""
+    import mujoco  # noqa: F401
+
+    return holds(settings, seed)

@@ -104,9 +104,7 @@ def test_a_process_that_is_never_ready_does_not_hold_the_run_up(monkeypatch):
 def test_a_run_that_was_stopped_as_a_whole_loses_no_trial(monkeypatch):
     executor = ProcessExecutor(1, stand_ins.as_slow_result, timeout=8.0)
     clock = [0.0]
-    monkeypatch.setattr(
-        local_processes, "time", type("Clock", (), {"monotonic": lambda: clock[0]})
-    )
+    monkeypatch.setattr(local_processes, "time", type("Clock", (), {"monotonic": lambda: clock[0]}))
     executor.submit(plan().job(0))
     while not next(iter(executor._busy.values())).ready:
         executor.wait(0.01)
