@@ -15,7 +15,7 @@ import numpy as np
 import scipy.stats
 
 from sdh_sim.analysis.proportion import Proportion
-from sdh_sim.analysis.resampling import RESAMPLES, Interval, interval
+from sdh_sim.analysis.resampling import RESAMPLES, Interval, drawn_indices, interval
 
 
 @dataclass(frozen=True)
@@ -62,8 +62,12 @@ def summarise_ratios(
     left, low, median, high, right = np.quantile(
         ratios, (0.16, 0.25, 0.5, 0.75, 0.84), method="nearest"
     )
-    draws = ratios[rng.integers(len(ratios), size=(resamples, len(ratios)))]
-    medians = np.quantile(draws, 0.5, axis=1, method="nearest")
+    medians = np.concatenate(
+        [
+            np.quantile(ratios[drawn], 0.5, axis=1, method="nearest")
+            for drawn in drawn_indices(len(ratios), rng, resamples)
+        ]
+    )
     bounds = np.quantile(medians, (0.025, 0.975), method="nearest")
     return RatioSummary(
         len(ratios),
@@ -111,14 +115,19 @@ def spearman(x: np.ndarray, y: np.ndarray) -> float | None:
 def _spearman_interval(
     x: np.ndarray, y: np.ndarray, rng: np.random.Generator, resamples: int
 ) -> Interval:
-    # All resamples at once: scipy.stats.spearmanr takes one pair at a time, or correlates each
-    # column with every other.
-    drawn = rng.integers(len(x), size=(resamples, len(x)))
-    a, b = scipy.stats.rankdata(x[drawn], axis=1), scipy.stats.rankdata(y[drawn], axis=1)
+    # A block of resamples at once: scipy.stats.spearmanr takes one pair at a time, or correlates
+    # each column with every other.
+    blocks = drawn_indices(len(x), rng, resamples)
+    return interval(np.concatenate([_rank_correlations(x[drawn], y[drawn]) for drawn in blocks]))
+
+
+def _rank_correlations(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Spearman's rank correlation of each row, without the rows in which x or y is constant."""
+    a, b = scipy.stats.rankdata(x, axis=1), scipy.stats.rankdata(y, axis=1)
     a, b = a - a.mean(axis=1, keepdims=True), b - b.mean(axis=1, keepdims=True)
     size = np.sqrt((a**2).sum(axis=1) * (b**2).sum(axis=1))
-    varied = size > 0  # undefined for a resample that is constant
-    return interval((a * b).sum(axis=1)[varied] / size[varied])
+    varied = size > 0
+    return (a * b).sum(axis=1)[varied] / size[varied]
 
 
 def agree(

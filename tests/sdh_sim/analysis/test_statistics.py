@@ -14,7 +14,12 @@ from sdh_sim.analysis import comparison as compare
 from sdh_sim.analysis.curves import GRID, precision_recall, roc
 from sdh_sim.analysis.load_agreement import agree, load_ratios, summarise_ratios
 from sdh_sim.analysis.paired_metrics import compare_pair, mcnemar
-from sdh_sim.analysis.resampling import RankedScores, stratified_weights
+from sdh_sim.analysis.resampling import (
+    RankedScores,
+    drawn_indices,
+    resamples_of,
+    stratified_weights,
+)
 from sdh_sim.analysis.thresholds import (
     assign_folds,
     best_threshold,
@@ -46,6 +51,14 @@ def test_resamples_keep_the_class_sizes():
     assert (rows[:, success].sum(axis=1) == 3).all()
     assert (rows[:, ~success].sum(axis=1) == 2).all()
     assert len(np.unique(rows, axis=0)) > 10
+
+
+def test_many_trials_are_resampled_less_often():
+    assert [resamples_of(n) for n in (0, 3, 5000, 10_000, 10**7)] == [2000, 2000, 2000, 1000, 200]
+    assert resamples_of(10**7, 50) == 50
+    success = np.arange(20_000) % 2 == 0
+    assert sum(len(rows) for rows in stratified_weights(success, rng())) == 500
+    assert sum(len(rows) for rows in drawn_indices(20_000, rng())) == 500
 
 
 def test_ranked_scores_count_by_hand():
