@@ -10,7 +10,6 @@ stop in the middle, ``--resume``, the table, and ``sdh-sim compare`` of it.
 
 from __future__ import annotations
 
-import itertools
 import json
 import os
 import resource
@@ -21,60 +20,17 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from experiments.benchmarks.stand_in_trial import stand_in
 from experiments.command_line import Parser, at_least
-from sdh_sim.campaign import run_campaign
+from sdh_sim.campaign import RunResult, run_campaign
 from sdh_sim.cli.compare import compare
 from sdh_sim.errors import Interrupted
 from sdh_sim.objects import object_names
-from sdh_sim.records import FAILURES, read_table
+from sdh_sim.records import read_table
 from sdh_sim.runs import MAX_TRIALS, RunFolder, RunPlan
 from sdh_sim.settings import TrialSettings
 
 MARKS = 10  # times that memory and time are noted
-
-
-@dataclass(frozen=True)
-class StandIn:
-    """What ``run_trial`` returns, as far as a campaign looks."""
-
-    row: dict[str, Any]
-    log: Any = None
-    sim_seconds: float = 4.0
-    wall_seconds: float = 0.0
-
-
-def stand_in(settings: TrialSettings, seed: int, log: bool = False) -> StandIn:
-    """A row that the seed decides, as large as a real one, without a trial."""
-    rng = np.random.default_rng(seed)
-    failure = FAILURES[int(rng.integers(6))]  # those that count in a comparison
-    q = rng.gamma(2.0, 0.5)
-    return StandIn(
-        {
-            "object": settings.object,
-            "seed": seed,
-            "success": failure == "none",
-            "failure": failure,
-            "displacement_mm": float(rng.gamma(2.0, 4.0)),
-            "rotation_deg": float(rng.gamma(2.0, 4.0)),
-            "q_linf": q,
-            "q_l1": 0.6 * q,
-            "q_reason": "",
-            "contacts": int(rng.integers(1, 7)),
-            "mass_kg": 0.5,
-            "torque_limit_nm": rng.uniform(size=7),
-            "joint_angles_rad": rng.uniform(size=7),
-            # Readings have twelve bits, and most taxels feel nothing.
-            "tactile_proximal": _readings(rng, (3, 14, 6)),
-            "tactile_distal": _readings(rng, (3, 13, 6)),
-            "sim_seconds": 4.0,
-        }
-    )
-
-
-def _readings(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
-    return np.where(rng.uniform(size=shape) < 0.15, rng.integers(1, 4096, shape) * 60.0, 0.0)
 
 
 @dataclass
@@ -141,23 +97,24 @@ def measure(out: Path, trials: int, executor: str, workers: int) -> Measured:
     """
     names = object_names()
     plan = RunPlan(names, TrialSettings(names[0]), trials // len(names), 0)
-    seen = itertools.count(1)
     marks: list[float] = []
-    begin, middle, started, ended = time.perf_counter(), 0.0, 0.0, 0.0
+    middle = started = ended = 0.0
+    number = 0
 
     def on_trial(row: object) -> None:
-        nonlocal middle, ended
+        nonlocal middle, ended, number
         ended = time.perf_counter()
-        number = next(seen)
+        number += 1
         if number % max(plan.total // MARKS, 1) == 0:
             marks.append(memory())
-        if number == plan.total // 2:
+        if number == plan.total // 2 and not middle:
             middle = ended
             raise KeyboardInterrupt
 
-    def on_start(result: object) -> None:
-        nonlocal started
+    def on_start(result: RunResult) -> None:
+        nonlocal started, number
         started = time.perf_counter()
+        number = result.counts.total()  # the last rows before a stop are kept and not announced
 
     options: dict[str, Any] = {"trial": stand_in, "executor": executor, "on_start": on_start}
     try:

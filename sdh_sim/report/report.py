@@ -23,9 +23,9 @@ METHOD = (
     "q* = 0. Trials whose simulation was unstable or broke off, or whose grasp the arm cannot do "
     "without a collision, are left out.",
     "Shares carry 95 % Wilson intervals. Areas, curves, medians and correlations carry 95 % "
-    "percentile intervals from 2000 bootstrap resamples (fewer of more than 5000 trials), successes "
-    "and failures resampled each among themselves (load test: trials). McNemar's test is the exact "
-    "two-sided one.",
+    "percentile intervals from 2000 bootstrap resamples (fewer of more than 5000 trials), "
+    "successes and failures resampled each among themselves (load test: trials). McNemar's test is "
+    "the exact two-sided one.",
     "Cross-validation: ten folds, stratified by object and outcome. The threshold used in a fold "
     "maximises the accuracy on the nine others; the accuracy is that of all folds together.",
     "The same trials give the same page: every random stream starts from a fixed seed.",
