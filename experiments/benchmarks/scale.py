@@ -3,7 +3,7 @@
     python -m experiments.benchmarks.scale --out scale                     # 100 000 trials
     python -m experiments.benchmarks.scale --out scale --executor dask
 
-The trials take no time and give rows of a real trial's size, so that what is measured is the
+The trials take no time and give rows of half a real trial's size, so that what is measured is the
 campaign: worker processes or a Dask cluster of two on this machine, the rows' way to the disk, a
 stop in the middle, ``--resume``, the table, and ``sdh-sim compare`` of it.
 """

@@ -22,7 +22,7 @@ class StandIn:
 
 
 def stand_in(settings: TrialSettings, seed: int, log: bool = False) -> StandIn:
-    """A row that the seed decides, as large as a real one, without a trial."""
+    """A row that the seed decides, with the arrays of a real one, without a trial."""
     rng = np.random.default_rng(seed)
     failure = FAILURES[int(rng.integers(6))]  # those that count in a comparison
     q = rng.gamma(2.0, 0.5)
