@@ -4,12 +4,10 @@ The names below are the library: each is imported from its module when it is fir
 ``import sdh_sim`` brings neither MuJoCo nor a table.
 """
 
-import ctypes
 import importlib
-import os
-import sys
 from typing import TYPE_CHECKING, Any
 
+from sdh_sim import graphics
 from sdh_sim._version import __version__ as __version__
 
 if TYPE_CHECKING:
@@ -125,18 +123,4 @@ def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
 
 
-def _choose_headless_gl() -> None:
-    """Let MuJoCo draw without a screen; it reads MUJOCO_GL when it is imported, not later."""
-    if not sys.platform.startswith("linux") or "MUJOCO_GL" in os.environ:
-        return
-    # Naming a backend whose library is missing would break `import mujoco` itself.
-    for library, backend in (("libEGL.so.1", "egl"), ("libOSMesa.so.8", "osmesa")):
-        try:
-            ctypes.CDLL(library)
-        except OSError:
-            continue
-        os.environ["MUJOCO_GL"] = backend
-        return
-
-
-_choose_headless_gl()
+graphics.choose()  # before anything imports MuJoCo

@@ -67,6 +67,16 @@ class RunOptions:
             shown="a cluster on this machine",
         ),
     )
+    trial_timeout: float = field(
+        default=3600.0,
+        metadata=setting(
+            "Longest time that a trial may take before its process is ended: it is tried once "
+            "more, then it is an error. Waiting, the start of a process and the compilation of "
+            "the metrics do not count; inf: no limit.",
+            span=(1.0, math.inf),
+            unit="s",
+        ),
+    )
     save_every: float = field(
         default=5.0,
         metadata=setting(

@@ -1,8 +1,10 @@
-"""Compile the metrics once before several workers would each compile all of them.
+"""One numerical thread per process, and the metrics compiled once, before any test runs.
 
-In a new environment Numba compiles for half a minute, and what one process compiles another
-does not wait for. Two processes with different halves take half as long; where anything is on the
-disk already, nothing is done.
+Numerical libraries start a thread per core in every process; with a test process per core these
+wait for each other: a test of regressions took four times as long.
+
+In a new environment Numba compiles for half a minute. Two processes share it (``graspq.warm_up``);
+where everything is on the disk already, nothing is done.
 """
 
 from __future__ import annotations
@@ -14,41 +16,11 @@ from pathlib import Path
 
 import pytest
 
+from sdh_sim.thread_limits import limit_threads
+
 ROOT = Path(__file__).resolve().parents[1]
-COMMON = """
-import contextlib
-import numpy as np
-import graspq as gq
-spots = [(0.03, 0, 0), (-0.02, 0.02, 0), (-0.02, -0.02, 0.01)]
-grip = [gq.Contact(p, -np.array(p) / np.linalg.norm(p), 0.6, 10.0, 0.01) for p in spots]
-tasks = gq.gravity_tasks(0.5, np.zeros(3), [0, 0, -9.81])
-"""
-HALVES = (
-    """
-sets = [gq.contact_wrenches(c) for c in grip]
-for bound in ("linf", "l1"):
-    gq.task_scaling(sets, tasks, bound)
-    gq.epsilon(sets, bound)
-    with contextlib.suppress(gq.GraspError):
-        gq.volume(sets, bound)
-gq.task_scaling_batch([sets], tasks)
-gq.epsilon_batch([sets])
-""",
-    """
-jacobians = [np.random.default_rng(k).normal(size=(6, 7)) * 0.05 for k in range(3)]
-for torque in (None, np.full(7, 0.5)):
-    for edges in (12, None):
-        hand = gq.HandBound(grip, jacobians, np.ones(7), torque)
-        gq.hand_task_scaling(hand, tasks, edges=edges)
-gq.task_scaling([gq.contact_wrenches(c) for c in grip], tasks, unloading=False)
-sets = [gq.contact_wrenches(c, None) for c in grip]
-gq.task_scaling(sets, tasks)
-with contextlib.suppress(gq.GraspError):
-    gq.epsilon(sets)
-with contextlib.suppress(gq.GraspError):
-    gq.WrenchSpace(sets).slice("force", 0.1)
-""",
-)
+
+limit_threads()  # before numpy is imported; worker processes inherit it
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -58,12 +30,10 @@ def pytest_configure(config: pytest.Config) -> None:
     cache = Path(os.environ.get("NUMBA_CACHE_DIR", ROOT / "graspq" / "_compiled" / "__pycache__"))
     if any(cache.rglob("*.nbi")):
         return
+    warm = [sys.executable, "-c", "from graspq.warm_up import warm_up; warm_up()"]
     running = [
-        subprocess.Popen(
-            [sys.executable, "-c", COMMON + half], cwd=ROOT,
-            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-        )
-        for half in HALVES
-    ]  # fmt: skip
+        subprocess.Popen(warm, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        for _ in range(2)
+    ]
     for process in running:
         process.wait()  # what fails here fails in a test that says so

@@ -26,7 +26,7 @@ from tests.support.repository import ROOT
 # Lowest first; the rooms of a level do not know each other, the files of the ground may.
 GROUND = {
     "errors", "user_references", "setting_table", "settings", "run_options", "atomic_files",
-    "model_files", "poses", "thread_limits", "_version",
+    "model_files", "poses", "thread_limits", "graphics", "_version",
 }  # fmt: skip
 LEVELS = [
     GROUND,
@@ -49,7 +49,7 @@ GRASPQ_LEVELS = [
     {"tasks", "hand_bound", "edge_weights"},
     {"_engines", "forces", "compliance"},
     {"scaling", "ball", "volume", "hand_scaling", "robustness", "slip", "closure_residuals"},
-    {"batch", "wrench_space", "synthesis_losses", "surface_wrenches"},
+    {"batch", "wrench_space", "synthesis_losses", "surface_wrenches", "warm_up"},
 ]
 ON_A_TRIALS_WAY = (
     *("robot", "objects", "cell", "sensing", "grasping", "metrics", "settling", "trial"),

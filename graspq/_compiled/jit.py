@@ -9,6 +9,10 @@ Numba keeps an entry beside its source, or in the user's cache folder where that
 kept is still valid, so here the name that an entry is kept under also holds a digest of every file
 of its folder, which its parts may come from: code of another version is never found. A folder that
 cannot be written, or a damaged file in it, costs time and nothing else.
+
+Processes that need the same entry at once do not all compile it: one does, holding a lock on the
+entry's source file, and the others wait for what it keeps. The lock ends with its process; one that
+stands still holds the others up for ``PATIENCE`` at most.
 """
 
 from __future__ import annotations
@@ -19,9 +23,15 @@ import gc
 import hashlib
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl: Any = None
 
 from numba import njit, typeof
 from numba.extending import register_jitable
@@ -29,6 +39,7 @@ from numba.extending import register_jitable
 # The interpreter's lock is not held; a division by zero gives an infinity, as in C; nobody calls
 # from C.
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+PATIENCE = 120.0  # [s]
 NOTE = "graspq: compiling {name} for the first time on this machine; this takes some seconds"
 
 
@@ -61,7 +72,8 @@ class Entry:
     def __init__(self, function: Callable[..., Any]) -> None:
         functools.update_wrapper(self, function)
         # Numba names the files after it. Parts come from the entry's own folder.
-        digest = digest_of(Path(function.__code__.co_filename).parent)
+        self._source = Path(function.__code__.co_filename)
+        digest = digest_of(self._source.parent)
         function.__qualname__ = f"{function.__name__}_{digest}"
         self._function = function
         self._kernel: Any = None
@@ -73,6 +85,14 @@ class Entry:
                 if self._kernel is None:
                     self._kernel = self._ready(tuple(typeof(a) for a in args))
         return self._kernel(*args)
+
+    @property
+    def busy(self) -> bool:
+        """Whether another process compiles it now, as far as can be told."""
+        if self._kernel is not None:
+            return False
+        with _lock(self._source) as mine:
+            return not mine
 
     def _ready(self, signature: tuple[Any, ...]) -> Any:
         """The compiled function, from disk where it is there."""
@@ -87,7 +107,8 @@ class Entry:
         if not kept:
             _tell(self._function.__name__)
         try:
-            with _no_collection():
+            # What another process has kept by the time the lock is free is read, not compiled.
+            with _lock(self._source, 0.0 if kept else PATIENCE), _no_collection():
                 kernel.compile(signature)
             return kernel
         except Exception:
@@ -103,6 +124,38 @@ class Entry:
         with _no_collection():
             kernel.compile(signature)
         return kernel
+
+
+@contextlib.contextmanager
+def _lock(path: Path, patience: float = 0.0) -> Iterator[bool]:
+    """Hold a file's lock in the block; False where another process kept it for so long [s].
+
+    Where there are no such locks the block runs without one, as if it had it.
+    """
+    if fcntl is None:
+        yield True
+        return
+    with contextlib.ExitStack() as stack:
+        try:
+            file = stack.enter_context(open(path, "rb"))
+        except OSError:
+            yield True
+            return
+        deadline = time.monotonic() + patience
+        while (free := _try_lock(file.fileno())) is False and time.monotonic() < deadline:
+            time.sleep(0.05)
+        yield free is not False
+
+
+def _try_lock(number: int) -> bool | None:
+    """Take the lock of an open file: whether it was free, None where there are no locks."""
+    try:
+        fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return None
+    return True
 
 
 @contextlib.contextmanager

@@ -18,7 +18,7 @@ import numpy as np
 import scipy.stats
 
 from sdh_sim.analysis.proportion import Proportion
-from sdh_sim.analysis.resampling import RESAMPLES, Interval, interval
+from sdh_sim.analysis.resampling import RESAMPLES, Interval, drawn_indices, interval
 from sdh_sim.analysis.roc_area import FEWEST
 
 
@@ -127,14 +127,19 @@ def spearman(x: np.ndarray, y: np.ndarray) -> float | None:
 def _spearman_interval(
     x: np.ndarray, y: np.ndarray, rng: np.random.Generator, resamples: int
 ) -> Interval:
-    # All resamples at once: scipy.stats.spearmanr takes one pair at a time, or correlates each
-    # column with every other.
-    drawn = rng.integers(len(x), size=(resamples, len(x)))
-    a, b = scipy.stats.rankdata(x[drawn], axis=1), scipy.stats.rankdata(y[drawn], axis=1)
+    # A block of resamples at once: scipy.stats.spearmanr takes one pair at a time, or correlates
+    # each column with every other.
+    blocks = drawn_indices(len(x), rng, resamples)
+    return interval(np.concatenate([_rank_correlations(x[drawn], y[drawn]) for drawn in blocks]))
+
+
+def _rank_correlations(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Spearman's rank correlation of each row, without the rows in which x or y is constant."""
+    a, b = scipy.stats.rankdata(x, axis=1), scipy.stats.rankdata(y, axis=1)
     a, b = a - a.mean(axis=1, keepdims=True), b - b.mean(axis=1, keepdims=True)
     size = np.sqrt((a**2).sum(axis=1) * (b**2).sum(axis=1))
-    varied = size > 0  # undefined for a resample that is constant
-    return interval((a * b).sum(axis=1)[varied] / size[varied])
+    varied = size > 0
+    return (a * b).sum(axis=1)[varied] / size[varied]
 
 
 def agree(
@@ -202,10 +207,15 @@ def find_nearest(
     every = np.array([ratios[name] for name in names])
     with np.errstate(divide="ignore"):
         off = np.abs(np.log(np.quantile(every, 0.5, axis=1, method="nearest")))
-        drawn = rng.integers(every.shape[1], size=(resamples, every.shape[1]))
-        medians = [np.quantile(row[drawn], 0.5, axis=1, method="nearest") for row in every]
-        first = np.abs(np.log(medians)).argmin(axis=0)
-    wins = np.bincount(first, minlength=len(names)) / resamples
+        first = np.concatenate(
+            [
+                np.abs(np.log(np.quantile(every[:, drawn], 0.5, axis=2, method="nearest"))).argmin(
+                    0
+                )
+                for drawn in drawn_indices(every.shape[1], rng, resamples)
+            ]
+        )
+    wins = np.bincount(first, minlength=len(names)) / len(first)
     best = int(off.argmin())
     others = [k for k in np.argsort(-wins, kind="stable") if k != best and wins[k] > 0]
     return Nearest(names[best], float(wins[best]), names[others[0]] if others else None)

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 RESAMPLES = 2000
+FEWEST = 200  # resamples; the ends of an interval are then uncertain by a tenth of its half-width
+_MOST_DRAWN = 10_000_000  # trials drawn in all by one bootstrap, unless that leaves too few
 _CHUNK = 2_000_000  # elements of one block of weights
 
 Interval = tuple[float, float]
@@ -24,6 +26,15 @@ def interval(samples: np.ndarray) -> Interval:
     return float(low), float(high)
 
 
+def resamples_of(trials: int, resamples: int = RESAMPLES) -> int:
+    """How many resamples of so many trials to draw: above 5000 fewer than were asked for.
+
+    The interval narrows with the root of the number of trials while the share of it that a few
+    resamples leave open stays; the time to draw them would grow without bound.
+    """
+    return min(resamples, max(FEWEST, _MOST_DRAWN // max(trials, 1)))
+
+
 def stratified_weights(
     success: np.ndarray, rng: np.random.Generator, resamples: int = RESAMPLES
 ) -> Iterator[np.ndarray]:
@@ -32,12 +43,13 @@ def stratified_weights(
     Args:
         success: (n,) bool.
         rng: source of the resamples.
-        resamples: how many in all.
+        resamples: how many in all, fewer where there are many trials (``resamples_of``).
 
     Yields:
         blocks (rows, n) of counts; in each row those of the successes add up to their number, and
         so do those of the failures.
     """
+    resamples = resamples_of(len(success), resamples)
     block = max(1, _CHUNK // max(1, len(success)))
     for start in range(0, resamples, block):
         rows = min(block, resamples - start)
@@ -47,6 +59,16 @@ def stratified_weights(
             if count:
                 weights[:, members] = rng.multinomial(count, np.full(count, 1 / count), size=rows)
         yield weights
+
+
+def drawn_indices(
+    trials: int, rng: np.random.Generator, resamples: int = RESAMPLES
+) -> Iterator[np.ndarray]:
+    """Resamples of trials of one kind, as blocks (rows, trials) of indices; as many as above."""
+    resamples = resamples_of(trials, resamples)
+    block = max(1, _CHUNK // trials)
+    for start in range(0, resamples, block):
+        yield rng.integers(trials, size=(min(block, resamples - start), trials))
 
 
 @dataclass(frozen=True)

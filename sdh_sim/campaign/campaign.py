@@ -40,8 +40,9 @@ def run_campaign(
     """Run the trials that the folder lacks and keep each as soon as it has finished.
 
     The table's bytes depend on the plan alone: not on where trials run or how many at a time, nor
-    on interruptions. A trial that raises, or whose process dies, is run once more and then is a
-    row with the failure ``error``, its traceback in ``errors/``; the run goes on.
+    on interruptions. A trial that raises, that does not end in time or whose process dies, is run
+    once more and then is a row with the failure ``error``, its traceback in ``errors/``; the run
+    goes on.
 
     Worker processes import the calling script anew: it must start the run below ``if __name__ ==
     "__main__":``, as Python's multiprocessing asks.
@@ -54,8 +55,9 @@ def run_campaign(
         on_trial: called with each row of this session when it is on the disk.
         trial: what runs one trial: ``sdh_sim.trial.run_trial``, or a module-level stand-in.
         **options: the other fields of ``RunOptions`` by name: ``resume``, ``overwrite``,
-            ``retry_errors``, ``rerun``, ``executor``, ``scheduler``, ``save_every`` [s],
-            ``command``. The page Settings of the documentation says what they mean.
+            ``retry_errors``, ``rerun``, ``executor``, ``scheduler``, ``trial_timeout`` [s],
+            ``save_every`` [s], ``command``. The page Settings of the documentation says what they
+            mean.
 
     Raises:
         RunError, SettingsError: the folder or an option cannot be used; nothing was changed.
@@ -119,10 +121,10 @@ def _executor(options: RunOptions, slots: int, task: TrialTask) -> Executor:
     if options.executor == "dask":
         from sdh_sim.campaign.dask_cluster import DaskExecutor
 
-        return DaskExecutor(slots, task, options.scheduler)
+        return DaskExecutor(slots, task, options.scheduler, options.trial_timeout)
     from sdh_sim.campaign.local_processes import ProcessExecutor
 
-    return ProcessExecutor(slots, task)
+    return ProcessExecutor(slots, task, options.trial_timeout)
 
 
 def _open_session(plan: RunPlan, folder: RunFolder, options: RunOptions) -> RunSession:

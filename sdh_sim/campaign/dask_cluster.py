@@ -31,6 +31,8 @@ from sdh_sim.runs import Job
 from sdh_sim.thread_limits import limit_threads, limited_children
 
 _CONNECT = 30.0  # [s]
+_CLOSE = 5.0  # [s] that each step of closing may take
+_SILENT = 60.0  # [s] without a sign of life after which a worker process is replaced
 _GONE = "the Dask scheduler has gone away"
 _RECOUNT = 2.0  # [s] between two looks at how many workers there are
 
@@ -57,24 +59,30 @@ class DaskExecutor:
         workers: processes of a cluster on this machine.
         task: what runs a trial.
         scheduler: address or scheduler file of a running cluster; None starts one here.
+        timeout: longest time of a trial [s].
 
     Raises:
         WorkerDied: the scheduler does not answer, or goes away.
     """
 
-    def __init__(self, workers: int, task: TrialTask, scheduler: str | None) -> None:
+    def __init__(
+        self, workers: int, task: TrialTask, scheduler: str | None, timeout: float
+    ) -> None:
         distributed: Any = importlib.import_module("distributed")
         self._task = task
+        self._timeout = timeout
         self._run = uuid.uuid4().hex
         self._ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._jobs: dict[Any, Job] = {}
         self._counted = -_RECOUNT
         self._slots = 1
         self._cluster: Any = None
+        self._config = contextlib.ExitStack()
         try:
             with limited_children(), interrupts_held():
                 where: dict[str, Any] = {"address": scheduler}
                 if scheduler is None:
+                    self._config.enter_context(_own_configuration())
                     self._cluster = _local(workers)
                     where = {"address": self._cluster}
                 elif "://" not in scheduler:
@@ -98,7 +106,9 @@ class DaskExecutor:
     def submit(self, job: Job) -> None:
         """Send the job to the scheduler."""
         with _lost_scheduler_is_an_error():
-            future = self._client.submit(_run, self._run, self._task, job, pure=False)
+            future = self._client.submit(
+                _run, self._run, self._task, self._timeout, job, pure=False
+            )
         self._jobs[future] = job
         future.add_done_callback(self._ended.put)
 
@@ -134,14 +144,22 @@ class DaskExecutor:
         if self._client.status == "running":
             with contextlib.suppress(Exception):  # it may go away just now; nothing is left to do
                 self._client.cancel(list(self._jobs), force=True)
-                self._client.run(_end_run, self._run, on_error="ignore")
+                # A stopped worker would not answer.
+                end = threading.Thread(target=self._end_processes, daemon=True)
+                end.start()
+                end.join(_CLOSE)
         with contextlib.suppress(Exception):
-            self._client.close(timeout=5.0)
+            self._client.close(timeout=_CLOSE)
         self._close_cluster()
+
+    def _end_processes(self) -> None:
+        with contextlib.suppress(Exception):  # the connection may be closed just now
+            self._client.run(_end_run, self._run, on_error="ignore")
 
     def _close_cluster(self) -> None:
         if self._cluster is not None:
-            self._cluster.close(timeout=5.0)
+            self._cluster.close(timeout=_CLOSE)
+        self._config.close()
 
 
 @contextlib.contextmanager
@@ -155,19 +173,27 @@ def _lost_scheduler_is_an_error() -> Iterator[None]:
         raise WorkerDied(f"{_GONE} ({type(error).__name__})") from error
 
 
+def _own_configuration() -> Any:
+    """Dask's configuration of a cluster here; workers that replace others read it again."""
+    config: Any = importlib.import_module("dask.config")
+    return config.set(
+        {
+            "distributed.worker.daemon": False,  # a daemon process may have no children
+            "distributed.scheduler.worker-ttl": f"{_SILENT} s",
+        }
+    )
+
+
 def _local(workers: int) -> Any:
     distributed: Any = importlib.import_module("distributed")
-    config: Any = importlib.import_module("dask.config")
-    # On loopback and without web pages; a daemon process may have no children.
-    with config.set({"distributed.worker.daemon": False}):
-        return distributed.LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
-            host="127.0.0.1",
-            dashboard_address=None,
-            silence_logs=logging.CRITICAL,
-        )
+    return distributed.LocalCluster(  # on loopback and without web pages
+        n_workers=workers,
+        threads_per_worker=1,
+        processes=True,
+        host="127.0.0.1",
+        dashboard_address=None,
+        silence_logs=logging.CRITICAL,
+    )
 
 
 class _Trials:
@@ -178,13 +204,13 @@ class _Trials:
         self._run = ""
         self._idle: list[ProcessExecutor] = []
 
-    def __call__(self, run: str, task: TrialTask, job: Job) -> JobResult:
+    def __call__(self, run: str, task: TrialTask, timeout: float, job: Job) -> JobResult:
         limit_threads()
         with self._lock:
             if run != self._run:
                 self._end_idle()
                 self._run = run
-            executor = self._idle.pop() if self._idle else ProcessExecutor(1, task)
+            executor = self._idle.pop() if self._idle else ProcessExecutor(1, task, timeout)
         keep = False
         try:
             executor.submit(job)
@@ -217,11 +243,11 @@ class _Trials:
 _TRIALS = _Trials()
 
 
-def _run(run: str, task: TrialTask, job: Job) -> JobResult:
+def _run(run: str, task: TrialTask, timeout: float, job: Job) -> JobResult:
     if multiprocessing.current_process().daemon:
         error = "a Dask worker may not start processes; start it with: dask worker --no-nanny"
         return JobResult(None, error=error, refused=True)
-    return _TRIALS(run, task, job)
+    return _TRIALS(run, task, timeout, job)
 
 
 def _end_run(run: str) -> None:

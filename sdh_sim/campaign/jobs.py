@@ -6,6 +6,7 @@ busy and gives every job one more try.
 
 from __future__ import annotations
 
+import contextlib
 import traceback
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
@@ -37,6 +38,15 @@ class TrialTask:
     rerun: str
     folder: RunFolder
     versions: dict[str, str] | None = None
+
+    def prepare(self) -> None:
+        """Load what trials need and compile the metrics, so that no trial's time has it in it."""
+        if self.trial is None and self._other_versions() is None:
+            with contextlib.suppress(Exception):  # what fails here fails in a trial, which tells
+                import sdh_sim.trial  # noqa: F401 - loaded for the trials
+                from sdh_sim.metrics import warm_up
+
+                warm_up()
 
     def __call__(self, job: Job) -> JobResult:
         if (other := self._other_versions()) is not None:
@@ -113,7 +123,7 @@ class Executor(Protocol):
     def wait(self, seconds: float) -> list[tuple[Job, JobResult]]:
         """What has come back; waits for the first, but no longer than ``seconds``.
 
-        A job whose worker died comes back without a row.
+        A job whose worker died, or did not end it in time, comes back without a row.
         """
         ...
 

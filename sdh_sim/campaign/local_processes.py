@@ -1,13 +1,21 @@
-"""Worker processes on this machine, one job each: a dead process says which job it had."""
+"""Worker processes on this machine, one job each: a dead process says which job it had.
+
+Nothing waits for a process for ever. A trial's time runs while its process works at it, from when
+the process is ready: not in a queue, not while a process starts, loads the packages and compiles
+the metrics (``_START`` bounds that). It is added up in short steps, so that a run which was
+stopped as a whole, by Ctrl-Z or a sleeping machine, goes on as if no time had passed.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import math
 import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterable
 from multiprocessing import connection
 from multiprocessing.connection import Connection
 from typing import Any
@@ -20,6 +28,9 @@ from sdh_sim.thread_limits import limited_children
 
 _READY = "ready"
 _FAILED_STARTS = 3  # in a row; one may be bad luck
+_START = 900.0  # [s] that a process may take until it is ready
+_STEP = 5.0  # [s] that count at most between two looks at a process
+_END = 5.0  # [s] that a process has to end by itself when asked to
 
 
 class _Worker:
@@ -34,10 +45,22 @@ class _Worker:
         theirs.close()  # the end of the process is then the end of the pipe
         self.job: Job | None = None
         self.ready = False
+        self.start_clock()
+
+    def start_clock(self) -> None:
+        """The time of a start, or of a job, begins now."""
+        self._spent, self._looked = 0.0, time.monotonic()
+
+    def spent(self) -> float:
+        """Time since then [s], as far as it counts."""
+        now = time.monotonic()
+        self._spent += min(now - self._looked, _STEP)
+        self._looked = now
+        return self._spent
 
     def ending(self) -> str:
         """How the process ended."""
-        self.process.join(5.0)
+        self.process.join(_END)
         code = self.process.exitcode
         if code is None:
             return "closed its pipe"
@@ -49,22 +72,55 @@ class _Worker:
             return f"was ended by {name}{hint}"
         return f"was ended by signal {-code}"
 
-    def end(self) -> None:
-        """Stop it now."""
-        self.process.terminate()
-        self.process.join(5.0)
-        if self.process.is_alive():
-            self.process.kill()
-            self.process.join(5.0)
+    def kill(self) -> None:
+        """End it now, whatever it does; a stopped process takes no other signal."""
+        self.process.kill()
+        self.process.join(_END)
         self.pipe.close()
 
 
-class ProcessExecutor:
-    """An ``Executor`` of ``workers`` processes, which are started when first needed."""
+def _end(workers: Iterable[_Worker], finished: bool) -> None:
+    """End processes, those that do not end by themselves too.
 
-    def __init__(self, workers: int, task: Callable[[Job], JobResult]) -> None:
+    Args:
+        workers: the processes.
+        finished: they are idle, and leave when their pipe is closed.
+    """
+    workers = list(workers)
+    if finished:
+        for worker in workers:
+            worker.pipe.close()
+        _join(workers)
+    for worker in workers:
+        if worker.process.is_alive():
+            worker.process.terminate()
+    _join(workers)
+    for worker in workers:
+        worker.kill()
+
+
+def _join(workers: list[_Worker]) -> None:
+    """Wait for all of them together."""
+    deadline = time.monotonic() + _END
+    for worker in workers:
+        worker.process.join(max(deadline - time.monotonic(), 0.0))
+
+
+class ProcessExecutor:
+    """An ``Executor`` of processes, which are started when first needed.
+
+    Args:
+        workers: number of processes.
+        task: what runs a trial; where it has a method ``prepare``, a process calls that first.
+        timeout: longest time of a trial [s].
+    """
+
+    def __init__(
+        self, workers: int, task: Callable[[Job], JobResult], timeout: float = math.inf
+    ) -> None:
         self._slots = workers
         self._task = task
+        self._timeout = timeout
         self._idle: list[_Worker] = []
         self._busy: dict[Connection, _Worker] = {}
         self._failed_starts = 0
@@ -80,17 +136,20 @@ class ProcessExecutor:
             try:
                 worker.pipe.send(job)
             except OSError:  # it died idle
-                worker.end()
-                self._count_failed_start(worker)
+                if not worker.ready:
+                    self._count_failed_start(worker.ending())
+                worker.kill()
                 continue
             worker.job = job
+            if worker.ready:
+                worker.start_clock()
             self._busy[worker.pipe] = worker
             return
 
     def wait(self, seconds: float) -> list[tuple[Job, JobResult]]:
         """What has come back; see ``Executor``."""
         came: list[tuple[Job, JobResult]] = []
-        for pipe in connection.wait(list(self._busy), seconds):
+        for pipe in connection.wait(list(self._busy), min(seconds, self._timeout)):
             worker = self._busy[pipe]  # pyright: ignore[reportArgumentType]
             try:
                 answer = worker.pipe.recv()
@@ -99,6 +158,7 @@ class ProcessExecutor:
                 continue
             if answer == _READY:
                 worker.ready = True
+                worker.start_clock()
                 self._failed_starts = 0
                 continue
             del self._busy[worker.pipe]
@@ -106,40 +166,38 @@ class ProcessExecutor:
             assert worker.job is not None
             came.append((worker.job, answer))
             worker.job = None
+        for worker in list(self._busy.values()):
+            if worker.spent() > (self._timeout if worker.ready else _START):
+                came += self._remove(worker, overdue=True)
         return came
 
-    def _remove(self, worker: _Worker) -> list[tuple[Job, JobResult]]:
-        """Take out a dead worker; the result of its job, or none where the job starts again."""
+    def _remove(self, worker: _Worker, overdue: bool = False) -> list[tuple[Job, JobResult]]:
+        """Take out a dead or overdue worker; the result of its job, or none: it starts again."""
         del self._busy[worker.pipe]
-        job, ending = worker.job, worker.ending()
-        worker.end()
+        job = worker.job
+        ending = f"was not ready after {_START:g} s" if overdue else worker.ending()
+        worker.kill()
         assert job is not None
         if not worker.ready:
-            self._count_failed_start(worker)
+            self._count_failed_start(ending)
             self.submit(job)
             return []
-        return [(job, JobResult(None, error=f"its worker process {ending}"))]
+        error = f"its worker process {ending}"
+        if overdue:
+            error = f"it did not end within {self._timeout:g} s (--trial-timeout)"
+        return [(job, JobResult(None, error=error))]
 
-    def _count_failed_start(self, worker: _Worker) -> None:
-        if worker.ready:
-            return
+    def _count_failed_start(self, ending: str) -> None:
         self._failed_starts += 1
         if self._failed_starts >= _FAILED_STARTS:
             raise WorkerDied(
-                f"worker processes end before they are ready: the last {worker.ending()}; a script "
+                f"worker processes end before they are ready: the last {ending}; a script "
                 'must start the run below `if __name__ == "__main__":`'
             )
 
     def close(self, finished: bool) -> None:
         """End the processes; with ``finished`` they are idle and leave by themselves."""
-        for worker in [*self._idle, *self._busy.values()]:
-            if finished:
-                worker.pipe.close()
-                worker.process.join(5.0)
-            if worker.process.is_alive():
-                worker.process.terminate()
-        for worker in [*self._idle, *self._busy.values()]:
-            worker.end()
+        _end([*self._idle, *self._busy.values()], finished)
         self._idle.clear()
         self._busy.clear()
 
@@ -150,6 +208,9 @@ def _serve(pipe: Connection, task: Callable[[Job], JobResult]) -> None:
     if parent is not None:
         threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
     with contextlib.suppress(EOFError, OSError):  # the parent has closed the pipe: no more work
+        prepare = getattr(task, "prepare", None)
+        if prepare is not None:
+            prepare()
         pipe.send(_READY)
         while True:
             pipe.send(task(pipe.recv()))

@@ -9,7 +9,7 @@ from sdh_sim.cli.console import errors, output
 from sdh_sim.cli.lift import lift
 from sdh_sim.cli.lift_request import LiftRequest
 from sdh_sim.cli.show import show
-from sdh_sim.errors import RenderError
+from sdh_sim.errors import RenderError, RunError
 from sdh_sim.run_options import RunOptions, default_workers
 from sdh_sim.runs import RunFolder
 
@@ -34,7 +34,7 @@ def run_demo(out: Path) -> None:
         overwrite=folder.holds_run(),
         command=f"sdh-sim demo --out {out}",
     )
-    errors().print("the first run here compiles the metrics: about a minute", soft_wrap=True)
+    errors().print("the first run here compiles the metrics: half a minute", soft_wrap=True)
     lift(LiftRequest(str(run), ("all",), TRIALS, SEED, options=options))
     compare([run])
     rows = folder.read_rows(folder.read_plan())
@@ -42,6 +42,8 @@ def run_demo(out: Path) -> None:
     trial = held[-1] if held else 0
     try:
         show(run, [trial], save=out / "trial.rrd", png=out / "trial.png")
-    except RenderError as error:
+    except RunError as error:
+        if not isinstance(error.__cause__, RenderError):
+            raise
         errors().print(f"no picture: {error}", markup=False, soft_wrap=True)
     output().print(f"open the recording with: rerun {out / 'trial.rrd'}", markup=False)

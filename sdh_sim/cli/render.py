@@ -43,13 +43,14 @@ def render(run: Path, trial: int, out: Path, size: tuple[int, int], azimuth: flo
             raise RunError(f"{option}: got {side}; expected an even number, {LEAST} to {MOST}")
     if not np.isfinite(azimuth):
         raise RunError(f"--azimuth: got {azimuth}; expected a finite angle in degrees")
-    from sdh_sim.viewing.render import film, render_trial, video_writer
+    from sdh_sim.viewing.render import check_can_draw, film, render_trial, video_writer
 
-    if ending == ".mp4":
-        try:
-            video_writer()  # before the trial runs, not after
-        except RenderError as error:
-            raise RunError(str(error)) from error
+    try:  # before the trial runs, not after
+        check_can_draw()
+        if ending == ".mp4":
+            video_writer()
+    except RenderError as error:
+        raise RunError(str(error)) from error
     folder = RunFolder(run)
     ((job, row),) = stored_jobs(folder, [trial])
     check_writable("--out", out)

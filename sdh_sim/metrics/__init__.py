@@ -3,6 +3,7 @@
 Other rooms use what is named here.
 """
 
+from graspq.warm_up import warm_up
 from sdh_sim.metrics.built_in import METRICS, evaluate, hand_bound, task_scaling, wrench_sets
 from sdh_sim.metrics.prediction import NO_READING, Prediction, predict
 from sdh_sim.metrics.stored_grasps import grasp_of, object_of, read_stored, snapshot_of
@@ -23,5 +24,6 @@ __all__ = [
     "read_stored",
     "snapshot_of",
     "task_scaling",
+    "warm_up",
     "wrench_sets",
 ]

@@ -147,7 +147,7 @@ def save(figure: Figure, stem: Path) -> tuple[Path, Path]:
         ".png": {"Software": None},
     }
     figure.draw_without_rendering()
-    figure.set_layout_engine("none")  # laid out already, once for both files
+    figure.set_layout_engine(None)  # laid out already, once for both files; "none" draws twice
     for path in paths:
         buffer = io.BytesIO()
         figure.savefig(buffer, format=path.suffix[1:], dpi=200, metadata=dateless[path.suffix])

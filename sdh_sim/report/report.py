@@ -29,9 +29,9 @@ METHOD = (
     "collision, are left out.",
     "95 % intervals: Wilson's of shares, and of average precision as a share of the successes; "
     "score intervals of areas under the ROC curve (Newcombe's method 5 with the sample's own "
-    "shape); order statistics of medians; 2000 bootstrap resamples of curves, thresholds and rank "
-    "correlations, none where an outcome has fewer than ten trials. Tests are two-sided: McNemar's "
-    "exact one for accuracies, DeLong's for areas.",
+    "shape); order statistics of medians; 2000 bootstrap resamples (fewer of more than 5000 "
+    "trials) of curves, thresholds and rank correlations, none where an outcome has fewer than ten "
+    "trials. Tests are two-sided: McNemar's exact one for accuracies, DeLong's for areas.",
     "Cross-validation: ten folds, stratified by object and outcome. The threshold used in a fold "
     "maximises the accuracy on the nine others; the accuracy is that of all folds together.",
     "The same trials give the same page: every random stream starts from a fixed seed.",

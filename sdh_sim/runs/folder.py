@@ -102,8 +102,7 @@ class RunFolder:
         own = [*shard_files(self.shards), *self.shards.glob("*.arrow.tmp")]
         own += [self.table, self.table.with_name(self.table.name + ".tmp")]
         own += self.recordings.glob(f"*-{number}.rrd")
-        own += self.unstable.glob(f"trial_{number}.npz")
-        own += self.errors.glob(f"trial_{number}.txt")
+        own += _of_trials(self.unstable, "trial", "npz") + _of_trials(self.errors, "trial", "txt")
         own += [self.reserve, self.info, self.info.with_name(self.info.name + ".tmp")]
         for path in own:
             path.unlink(missing_ok=True)
@@ -209,13 +208,12 @@ class RunFolder:
         """
         numbers = TrialNumbers(plan)
         for folder, suffix in ((self.unstable, "npz"), (self.errors, "txt")):
-            name = "[0-9]" * 6 + "." + suffix
-            for path in folder.glob(f"trial_{name}"):
+            for path in _of_trials(folder, "trial", suffix):
                 of = _trial_of(path)
                 number = numbers.find(*of, int(path.stem[6:])) if of else None
                 if number is not None and path.name != f"trial_{number:06d}.{suffix}":
                     path.replace(path.with_name(f"moved_{number:06d}.{suffix}"))
-            for path in folder.glob(f"moved_{name}"):
+            for path in _of_trials(folder, "moved", suffix):
                 path.replace(path.with_name(path.name.replace("moved", "trial")))
 
     def write_info(self, plan: RunPlan, sessions: list[dict[str, Any]]) -> None:
@@ -223,6 +221,12 @@ class RunFolder:
         data = {"format": FORMAT, **plan.to_dict(), "seed_rule": SEED_RULE, "sessions": sessions}
         text = json.dumps(data, indent=2, allow_nan=False) + "\n"
         write_atomic(self.info, text.encode())
+
+
+def _of_trials(folder: Path, start: str, suffix: str) -> list[Path]:
+    """Files named by a trial's number; from a million on it has more than six digits."""
+    name = re.compile(rf"{start}_\d{{6,}}\.{suffix}")
+    return [path for path in folder.glob(f"{start}_*") if name.fullmatch(path.name)]
 
 
 def _trial_of(path: Path) -> tuple[str, int] | None:

@@ -10,8 +10,9 @@ import mujoco
 import numpy as np
 from PIL import Image
 
+from sdh_sim import graphics
 from sdh_sim.atomic_files import atomic_file
-from sdh_sim.errors import RenderError
+from sdh_sim.errors import RenderError, one_line
 from sdh_sim.trial import TrialLog
 from sdh_sim.trial.trial_log import RATE
 
@@ -46,13 +47,7 @@ def draw_frames(
     width, height = size
     model.vis.global_.offwidth = max(model.vis.global_.offwidth, width)
     model.vis.global_.offheight = max(model.vis.global_.offheight, height)
-    try:
-        renderer = mujoco.Renderer(model, height, width)
-    except Exception as error:  # the backends raise errors of many types
-        raise RenderError(
-            f"no headless OpenGL ({type(error).__name__}: {error}); install EGL "
-            "(Debian: libegl1 libgl1-mesa-dri) or OSMesa (libosmesa6, with MUJOCO_GL=osmesa)"
-        ) from error
+    renderer = _renderer(model, width, height)
     camera = mujoco.MjvCamera()
     camera.distance, camera.azimuth, camera.elevation = distance, azimuth, -18.0
     options = mujoco.MjvOption()
@@ -70,6 +65,27 @@ def draw_frames(
             renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
             renderer.scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = shadows
             yield renderer.render().copy()
+
+
+def check_can_draw() -> None:
+    """Raise RenderError where ``MUJOCO_GL`` rules out every picture."""
+    if (reason := graphics.why_nothing_can_be_drawn()) is not None:
+        raise RenderError(f"nothing can be drawn: {reason}")
+
+
+def _renderer(model: mujoco.MjModel, width: int, height: int) -> mujoco.Renderer:
+    check_can_draw()
+    try:
+        return mujoco.Renderer(model, height, width)
+    except Exception as error:  # the back ends raise errors of many types, some without a text
+        try:
+            text = f"{type(error).__name__}: {one_line(error)}"
+        except Exception:
+            text = type(error).__name__
+        raise RenderError(
+            f"no headless OpenGL ({text}); install EGL (Debian: libegl1 libgl1-mesa-dri) or "
+            "OSMesa (libosmesa6), and unset MUJOCO_GL, or set it to egl or osmesa"
+        ) from error
 
 
 def milestones(log: TrialLog) -> list[int]:

@@ -1,12 +1,16 @@
 """What is kept on disk is never another version's, and a bad folder costs time and nothing else."""
 
+import importlib
 import os
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
+from graspq._compiled.jit import Entry
+from graspq.warm_up import warm_up
 from tests.support.repository import ROOT
 
 PART = """
@@ -68,6 +72,35 @@ def kept(package):
 def test_the_second_process_reads_what_the_first_compiled(kernel):
     assert call(kernel) == [9.0, 0, 1]
     assert call(kernel) == [9.0, 1, 0]
+
+
+def test_of_two_processes_at_once_one_compiles(kernel):
+    with ThreadPoolExecutor() as pool:
+        both = list(pool.map(call, [kernel, kernel]))
+    assert sorted(both) == [[9.0, 0, 1], [9.0, 1, 0]]
+
+
+def test_a_process_that_stands_still_is_not_waited_for_for_ever(kernel):
+    fcntl = pytest.importorskip("fcntl", reason="there are no such locks on Windows")
+    jit = kernel / "jit.py"
+    text = jit.read_text()
+    assert "PATIENCE = 120.0" in text
+    jit.write_text(text.replace("PATIENCE = 120.0", "PATIENCE = 0.5"))
+    with open(kernel / "entries.py", "rb") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        assert call(kernel) == [9.0, 0, 1]
+
+
+def test_after_the_warm_up_everything_is_there():
+    assert warm_up() > 0.0
+    entries = {
+        value
+        for path in (ROOT / "graspq" / "_compiled").glob("*.py")
+        for value in vars(importlib.import_module(f"graspq._compiled.{path.stem}")).values()
+        if isinstance(value, Entry)
+    }
+    assert len(entries) == 5
+    assert not [entry for entry in entries if entry._kernel is None or entry.busy]
 
 
 def test_a_change_in_a_part_is_seen_though_the_entry_is_as_before(kernel):

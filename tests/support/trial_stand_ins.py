@@ -13,8 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from sdh_sim.records import FAILURES
-from sdh_sim.runs import RunPlan
+from sdh_sim.campaign.job_result import JobResult
+from sdh_sim.records import FAILURES, normalise
+from sdh_sim.runs import Job, RunPlan
 from sdh_sim.settings import TrialSettings
 
 OBJECTS = ("box", "oval_bottle")
@@ -114,6 +115,21 @@ def endless(settings: TrialSettings, seed: int, log: bool = False) -> Result:
     return Result(make_row(settings.object, seed))
 
 
+def hangs(settings: TrialSettings, seed: int, log: bool = False) -> Result:
+    """Never ends, in two ways.
+
+    At every sixth seed it sleeps and refuses SIGTERM; at others of six its first try stops its
+    process, as a debugger does.
+    """
+    again = _tried(seed) > 1
+    if seed % 6 == 0:
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        time.sleep(3600)
+    if seed % 6 == 2 and not again:
+        os.kill(os.getpid(), signal.SIGSTOP)
+    return Result(make_row(settings.object, seed))
+
+
 def _tried(seed: int) -> int:
     """Notes the try in the folder STAND_IN_TRIES, if there is one; how many of it there were."""
     folder = os.environ.get("STAND_IN_TRIES")
@@ -194,3 +210,21 @@ def threads(settings: TrialSettings, seed: int, log: bool = False) -> Result:
     """Tells how many numerical threads its process was given."""
     row = {**make_row(settings.object, seed), "contacts": int(os.environ["OPENBLAS_NUM_THREADS"])}
     return Result(row)
+
+
+def as_result(job: Job) -> JobResult:
+    """A job's row at once, for executors alone."""
+    return JobResult(normalise({**make_row(job.settings.object, job.seed), **job.labels}))
+
+
+def as_slow_result(job: Job) -> JobResult:
+    """As ``as_result``, never."""
+    time.sleep(3600)
+    return as_result(job)
+
+
+def with_mujoco(settings: TrialSettings, seed: int, log: bool = False) -> Result:
+    """Holds the object, in a process in which MuJoCo can be imported."""
+    import mujoco  # noqa: F401
+
+    return holds(settings, seed)

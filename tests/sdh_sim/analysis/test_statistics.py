@@ -22,7 +22,12 @@ from sdh_sim.analysis.load_agreement import (
 )
 from sdh_sim.analysis.paired_metrics import compare_pair, mcnemar
 from sdh_sim.analysis.proportion import wilson_interval
-from sdh_sim.analysis.resampling import RankedScores, stratified_weights
+from sdh_sim.analysis.resampling import (
+    RankedScores,
+    drawn_indices,
+    resamples_of,
+    stratified_weights,
+)
 from sdh_sim.analysis.thresholds import (
     assign_folds,
     best_threshold,
@@ -54,6 +59,14 @@ def test_resamples_keep_the_class_sizes():
     assert (rows[:, success].sum(axis=1) == 3).all()
     assert (rows[:, ~success].sum(axis=1) == 2).all()
     assert len(np.unique(rows, axis=0)) > 10
+
+
+def test_many_trials_are_resampled_less_often():
+    assert [resamples_of(n) for n in (0, 3, 5000, 10_000, 10**7)] == [2000, 2000, 2000, 1000, 200]
+    assert resamples_of(10**7, 50) == 50
+    success = np.arange(20_000) % 2 == 0
+    assert sum(len(rows) for rows in stratified_weights(success, rng())) == 500
+    assert sum(len(rows) for rows in drawn_indices(20_000, rng())) == 500
 
 
 def test_ranked_scores_count_by_hand():

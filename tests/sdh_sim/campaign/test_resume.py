@@ -97,10 +97,14 @@ def test_overwrite_deletes_a_runs_own_files_only(tmp_path, whole):
     (tmp_path / "recordings").mkdir()
     (tmp_path / "recordings" / "box-000001.rrd").write_text("a run's")
     (tmp_path / "recordings" / "best.rrd").write_text("mine")
+    (tmp_path / "errors").mkdir()
+    for number in ("000001", "1234567"):
+        (tmp_path / "errors" / f"trial_{number}.txt").write_text("a run's")
     run_campaign(plan(), tmp_path, 1, overwrite=True, trial=stand_ins.quick)
     assert table_bytes(tmp_path) == table_bytes(whole)
     assert (tmp_path / "notes.txt").read_text() == "mine"
     assert [path.name for path in (tmp_path / "recordings").iterdir()] == ["best.rrd"]
+    assert not (tmp_path / "errors").exists()
 
 
 def test_overwrite_with_bad_arguments_deletes_nothing(tmp_path):
