@@ -24,6 +24,7 @@ import numpy as np
 YIELD, HOLD, LOCK = "yield", "hold", "lock"
 STIFF = (0.004, 1.0), (0.9999, 0.9999, 0.001, 0.5, 2.0)
 """Solver parameters of friction and stops: 1 N m moves a locked joint by some µrad."""
+SETTLES = 0.2  # of rubber, which takes 50 to 90 ms [s]
 _FAR = 1e6  # stop of a joint that has none [rad or m]
 
 
@@ -107,48 +108,68 @@ def _place(model: mujoco.MjModel, motor: int) -> int:
 
 
 class SelfLocking:
-    """Stops that move with locked joints in the sense of their motors' torques.
+    """Stops that move with locked joints in the sense of their motors' torques, tick by tick.
+
+    A position is kept once the joint has been there, or beyond, for ``SETTLES``: until then the
+    rubber of this contact model has not built up its force, and a stop would keep a pad pressed in
+    deeper than its motor can press it.
 
     Args:
         model: of a scene with drives of the kind ``lock``; its stops are those of the last one who
             moved them, since trials share it.
         motors: ids of the actuators (n,).
         stops: the joints' own (n, 2).
-
-    Attributes:
-        kept: stops now (n, 2) [rad or m].
+        tick_time: [s].
     """
 
-    def __init__(self, model: mujoco.MjModel, motors: np.ndarray, stops: np.ndarray) -> None:
-        self._model, self._stops = model, stops
+    def __init__(
+        self, model: mujoco.MjModel, motors: np.ndarray, stops: np.ndarray, tick_time: float
+    ) -> None:
+        self._model, self._stops, self._motors = model, stops, motors
         places = np.array([_place(model, k) for k in motors])
-        self._motors, self._sense = motors, np.sign(model.actuator_gear[motors, 0])
+        self._sense = np.sign(model.actuator_gear[motors, 0])
         self._on_tendon = np.array([_on_tendon(model, k) for k in motors])
         self._joints, self._tendons = places[~self._on_tendon], places[self._on_tendon]
         self._addresses = model.jnt_qposadr[self._joints]
-        self.kept = stops.copy()
+        self._ticks = max(1, round(SETTLES / tick_time))
+        self.free()
 
     def free(self) -> None:
         """Forget where the joints are: they have been put somewhere else."""
-        self.kept = self._stops.copy()
+        self._kept = self._stops.copy()  # (n, 2)
+        self._past = np.full((self._ticks, len(self._motors)), np.nan)  # positions, newest last
+        self._put()
 
-    def before_step(self, data: mujoco.MjData) -> None:
-        """Move the stops on to where the joints are, as the motors' last torques allow."""
+    def before_tick(self, data: mujoco.MjData) -> None:
+        """Move the stops on to where the joints have been, as the motors' torques allow."""
         at = np.empty(len(self._motors))
         at[~self._on_tendon] = data.qpos[self._addresses]
         at[self._on_tendon] = data.ten_length[self._tendons]
+        self._past = np.vstack((self._past[1:], at))
+        if np.isnan(self._past).any():  # not that long here
+            self._put()
+            return
         torque = self._sense * data.actuator_force[self._motors]
-        low, high = self.kept.T
-        own_low, own_high = self._stops.T
-        self.kept = np.column_stack(
-            (
-                np.where(torque >= 0.0, np.maximum(low, at), own_low),
-                np.where(torque <= 0.0, np.minimum(high, at), own_high),
-            )
-        )
-        self.put()
+        low, high = np.maximum(self._kept[:, 0], self._past.min(axis=0)), self._stops[:, 1]
+        kept_high = np.minimum(self._kept[:, 1], self._past.max(axis=0))
+        low = np.where(torque >= 0.0, low, self._stops[:, 0])
+        self._kept = np.column_stack((low, np.where(torque < 0.0, kept_high, high)))
+        self._put()
 
-    def put(self) -> None:
+    def state(self) -> np.ndarray:
+        """All that it knows, for ``restore``."""
+        return np.concatenate((self._kept.ravel(), self._past.ravel()))
+
+    def restore(self, state: np.ndarray) -> np.ndarray:
+        """Go back to a state at the end of an array; returns what stands before it."""
+        count = self._kept.size + self._past.size
+        own = state[-count:]
+        self._kept = own[: self._kept.size].reshape(self._kept.shape).copy()
+        self._past = own[self._kept.size :].reshape(self._past.shape).copy()
+        self._put()
+        return state[:-count]
+
+    def _put(self) -> None:
         """Write the stops into the model."""
-        self._model.jnt_range[self._joints] = self.kept[~self._on_tendon]
-        self._model.tendon_range[self._tendons] = self.kept[self._on_tendon]
+        self._model.jnt_range[self._joints] = self._kept[~self._on_tendon]
+        self._model.tendon_range[self._tendons] = self._kept[self._on_tendon]

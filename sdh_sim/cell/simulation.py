@@ -54,7 +54,8 @@ class Simulation:
         self._current = CurrentPoses(scene.model)
         self._locking: SelfLocking | None = None
         if scene.drives.kind == LOCK:
-            self._locking = SelfLocking(scene.model, scene.motors, scene.drives.stops)
+            stops = scene.drives.stops
+            self._locking = SelfLocking(scene.model, scene.motors, stops, self.tick_time)
 
     @property
     def time(self) -> float:
@@ -78,11 +79,11 @@ class Simulation:
         speed, acceleration, torque = data.qvel, data.qacc, data.actuator_force
         control = data.ctrl
         rise = None if arm is None and hand is None else self._rise(arm, hand)
+        if self._locking is not None:
+            self._locking.before_tick(data)
         for _ in range(self.steps):
             if rise is not None:
                 control += rise
-            if self._locking is not None:
-                self._locking.before_step(data)
             mujoco.mj_step(model, data)
             np.maximum(peak, np.abs(torque[motors]), out=peak)
             # The norm of a vector with NaN is NaN and fails the comparison too.
@@ -105,7 +106,7 @@ class Simulation:
         spec = mujoco.mjtState.mjSTATE_INTEGRATION
         state = np.empty(mujoco.mj_stateSize(self.scene.model, spec))
         mujoco.mj_getState(self.scene.model, self.data, state, spec)
-        return state if self._locking is None else np.append(state, self._locking.kept)
+        return state if self._locking is None else np.append(state, self._locking.state())
 
     def state(self) -> dict[str, np.ndarray]:
         """The state by name, for a look at a simulation that went wrong."""
@@ -117,9 +118,7 @@ class Simulation:
         now = self.data.time
         spec = mujoco.mjtState.mjSTATE_INTEGRATION
         if self._locking is not None:
-            kept = self._locking.kept
-            state, self._locking.kept = state[: -kept.size], state[-kept.size :].reshape(kept.shape)
-            self._locking.put()
+            state = self._locking.restore(state)
         mujoco.mj_setState(self.scene.model, self.data, state, spec)
         self.data.time = now
         mujoco.mj_forward(self.scene.model, self.data)
