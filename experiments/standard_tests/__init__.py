@@ -1,0 +1,1 @@
+"""Standard load protocols for robot hands, run in simulation beside their closed forms."""
