@@ -120,7 +120,9 @@ def bound_fits(seen: Sequence[Seen], known_com: bool) -> list[BoundFit]:
             for s in own
             if not s.sensed_share > PADS_ALONE
         }
-        drives = {d: [s for s in own if (s.object, s.seed) not in others] for d, own in drives.items()}
+        drives = {
+            d: [s for s in own if (s.object, s.seed) not in others] for d, own in drives.items()
+        }
     found = []
     for drive, own in drives.items():
         held = np.array([s.held for s in own], dtype=bool)

@@ -3,8 +3,8 @@
     python -m experiments.standard_tests --out standard_tests
     python -m experiments.standard_tests --hand path/to/folder --measured measured.yaml
 
-The protocols are those of NIST's draft SP 1227 and of ASTM WK83863. Every quantity stands beside its
-closed form, and beside a measured value where a file gives one.
+The protocols are those of NIST's draft SP 1227 and of ASTM WK83863. Every quantity stands beside
+its closed form, and beside a measured value where a file gives one.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from experiments.command_line import Parser, at_least, fail
 from experiments.standard_tests.album import Album, draw
 from experiments.standard_tests.finger_strength import finger_strength
 from experiments.standard_tests.grasp_strength import grasp_strength, held_cylinders
+from experiments.standard_tests.load_objects import CELL, write_objects
 from experiments.standard_tests.measured import check_conditions, conditions_of, read_measured
 from experiments.standard_tests.result_lines import TITLES, Line, csv_of, tables_of
 from experiments.standard_tests.slip_resistance import slip_resistance
 from experiments.standard_tests.specimen import Specimen, specimens
-from experiments.standard_tests.test_objects import CELL, write_objects
 from experiments.standard_tests.touch_sensitivity import touch_sensitivity
 from sdh_sim.atomic_files import write_atomic
 from sdh_sim.errors import SettingsError

@@ -44,7 +44,7 @@ class Album:
         options.sitegroup[:] = 0
         middle = 0.5 * (data.xpos[scene.object_body] + data.xpos[scene.palm])
         camera.lookat[:] = middle
-        camera.distance, camera.azimuth, camera.elevation = 0.5, 60.0, -12.0
+        camera.distance, camera.azimuth, camera.elevation = 0.42, 60.0, -12.0
         with renderer:
             objects = np.flatnonzero(scene.geom_group == 1)
             groups = model.geom_group[objects].copy()
@@ -65,18 +65,16 @@ def draw(
     pictures = album.pictures.get(protocol, [])[:4]
     conditions = list(dict.fromkeys(line.condition for line in lines))
     hands = list(dict.fromkeys(line.specimen for line in lines))
-    tall = 0.9 + 0.17 * len(conditions)
+    tall, above = 0.9 + 0.17 * len(conditions), 2.0 if pictures else 0.0
     with style():
-        figure = plt.figure(figsize=(7.2, tall + (2.0 if pictures else 0.0)), layout="constrained")
-        parts = figure.subfigures(2, 1, height_ratios=(2.0, tall)) if pictures else [figure]
-        if pictures:
-            for axes, (title, picture) in zip(
-                np.atleast_1d(parts[0].subplots(1, len(pictures))), pictures, strict=True
-            ):
-                axes.imshow(picture)
-                axes.set_title(title, fontsize=7.5)
-                axes.set_axis_off()
-        axes = parts[-1].subplots()
+        figure = plt.figure(figsize=(7.2, 0.3 + tall + above), layout="constrained")
+        grid = figure.add_gridspec(2, max(len(pictures), 1), height_ratios=(above or 0.01, tall))
+        for k, (title, picture) in enumerate(pictures):
+            axes = figure.add_subplot(grid[0, k])
+            axes.imshow(picture)
+            axes.set_title(title, fontsize=7.5)
+            axes.set_axis_off()
+        axes = figure.add_subplot(grid[1, :])
         for k, hand in enumerate(hands):
             for line in (x for x in lines if x.specimen == hand):
                 place = -conditions.index(line.condition) + 0.18 * (0.5 * (len(hands) - 1) - k)
@@ -97,8 +95,8 @@ def draw(
         axes.set_xlim(left=0.0)
         axes.grid(axis="y")
         axes.set_xlabel("force [N]")
-        axes.set_title(TITLES[protocol], loc="left")
-        axes.legend(fontsize=7.5, loc="best")
+        figure.suptitle(TITLES[protocol], fontsize=10.0)
+        figure.legend(fontsize=7.5, loc="outside lower center", ncols=5)
         _, png = save(figure, stem)
         plt.close(figure)
     return png

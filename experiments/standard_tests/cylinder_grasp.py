@@ -1,8 +1,8 @@
 """A cylinder in the hand: pinched by the fingertips or wrapped, free and without weight.
 
-The cylinder lies across the palm, along its y. The hand is where a closing for fingertip grasps has
-its fingers meet (pinch), or as near to the palm as the open hand lets the cylinder (wrap). Of a wrap
-the squeezing motors that nothing has stopped yet close on until something does.
+The cylinder lies across the palm, along its y. The hand is where a closing for fingertip grasps
+has its fingers meet (pinch), or as near to the palm as the open hand lets the cylinder (wrap). Of
+a wrap the squeezing motors that nothing has stopped yet close on until something does.
 """
 
 from __future__ import annotations
@@ -85,8 +85,8 @@ class Held:
 def take(specimen: Specimen, folder: Path, style: Style, seed: int) -> Held | str:
     """Grasp a cylinder; a string says why that cannot be done.
 
-    A wrap is tried from the palm outward, until links at the ends of fingers touch as well as others;
-    where none does so within some steps, the deepest grasp counts.
+    A wrap is tried from the palm outward, until links at the ends of fingers touch as well as
+    others; where none does so within some steps, the deepest grasp counts.
     """
     settings, why = specimen.settings_with(folder), "no depth was tried"
     tips = {finger.tip for finger in specimen.hand.fingers}

@@ -1,9 +1,9 @@
 """Finger strength: the fingertip against a fixed load cell, its motors at their limits.
 
-A force f along the cell's axis d at the point p loads motor j with f J_jᵀ d. The whole finger presses
-with torques in these proportions, until the first motor is at its limit: f = min τ̄_j / |J_jᵀ d|. One
-motor alone, the others locked, presses along the motion that it gives the fingertip: f = τ̄_j / |J_j|,
-on the SDH-2 the limit over the distance of the joint's axis from p.
+A force f along the cell's axis d at the point p loads motor j with f J_jᵀ d. The whole finger
+presses with torques in these proportions, until the first motor is at its limit: f = min τ̄_j /
+|J_jᵀ d|. One motor alone, the others locked, presses along the motion that it gives the
+fingertip: f = τ̄_j / |J_j|, on the SDH-2 the limit over the distance of the joint's axis from p.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ import numpy as np
 
 from experiments.standard_tests.album import Album
 from experiments.standard_tests.contact_forces import contact_forces
+from experiments.standard_tests.load_objects import CELL_TOP
 from experiments.standard_tests.result_lines import Line
 from experiments.standard_tests.specimen import Rig, Specimen
-from experiments.standard_tests.test_objects import CELL_TOP
 from sdh_sim.errors import Diverged
 from sdh_sim.robot import Hand, hand_kinematics
 

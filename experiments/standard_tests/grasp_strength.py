@@ -1,11 +1,11 @@
 """Grasp strength: the force between the halves of a cylinder in the hand.
 
-A split cylinder with a load cell between its halves measures what the fingers of one side press with
-across the split. Here it is the sum of the contact forces on one side, since the cylinder is at rest.
-The closed form of a pinch is what the levers of its sides allow (``pinch_limit``), of a wrap what
-statics allow at most with the motors' limits and the friction cones at the contacts that came about.
-A hand does not have to reach that: it presses with the torques that its servos are at, not with those
-that would press hardest.
+A split cylinder with a load cell between its halves measures what the fingers of one side press
+with across the split. Here it is the sum of the contact forces on one side, since the cylinder is
+at rest. The closed form of a pinch is what the levers of its sides allow (``pinch_limit``), of a
+wrap what statics allow at most with the motors' limits and the friction cones at the contacts
+that came about. A hand does not have to reach that: it presses with the torques that its servos
+are at, not with those that would press hardest.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from experiments.standard_tests.contact_forces import (
     greatest_between_halves,
 )
 from experiments.standard_tests.cylinder_grasp import Held, smoother, styles, take
+from experiments.standard_tests.load_objects import PIPES
 from experiments.standard_tests.result_lines import Line
 from experiments.standard_tests.specimen import Specimen
-from experiments.standard_tests.test_objects import PIPES
 from sdh_sim.robot import HAND, hand_kinematics
 
 TOLERANCE = 0.05  # levers at the centres of the forces; friction bears some of it

@@ -20,6 +20,7 @@ from typing import NoReturn
 
 from experiments.standard_tests.result_lines import UNITS, Line
 from sdh_sim.errors import SettingsError
+from sdh_sim.grasp_files.grasp_entry import FormatError
 from sdh_sim.grasp_files.yaml_reader import read_yaml
 
 KEYS = ("hand", "values")
@@ -44,7 +45,7 @@ def read_measured(path: Path) -> tuple[str, dict[tuple[str, str], float]]:
         refuse(f"{len(data)} bytes; at most {LARGEST_FILE} are read")
     try:
         document = read_yaml(data, NODES)
-    except SettingsError as error:
+    except FormatError as error:
         refuse(str(error))
     if not isinstance(document, dict):
         refuse("expected the keys hand and values")

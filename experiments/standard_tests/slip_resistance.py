@@ -1,9 +1,10 @@
 """Slip resistance: a cylinder in the hand is pulled along its axis, as by a tensile tester.
 
-A stiff spring pulls at a point that moves away at a constant speed; the hand's base does not yield.
-*First slip*: the cylinder slides on the hand half as fast as the point moves, in the mean over the
-contacts by their forces. *Peak*: the greatest force until the cylinder has moved by 12 mm. Closed form of both: μ Σ N, of the normal forces before the pull; fingers
-that wrap a cylinder press with friction around it as well, which leaves less of it for the axis.
+A stiff spring pulls at a point that moves away at a constant speed; the hand's base does not
+yield. *First slip*: the cylinder slides on the hand half as fast as the point moves, in the mean
+over the contacts by their forces. *Peak*: the greatest force until the cylinder has moved by 12
+mm. Closed form of both: μ Σ N, of the normal forces before the pull; fingers that wrap a cylinder
+press with friction around it as well, which leaves less of it for the axis.
 """
 
 from __future__ import annotations
@@ -17,9 +18,9 @@ import numpy as np
 
 from experiments.standard_tests.album import Album
 from experiments.standard_tests.cylinder_grasp import Held
+from experiments.standard_tests.load_objects import PIPES
 from experiments.standard_tests.result_lines import Line
 from experiments.standard_tests.specimen import Specimen
-from experiments.standard_tests.test_objects import PIPES
 from sdh_sim.cell import Scene
 from sdh_sim.errors import Diverged
 from sdh_sim.poses import rotation_of
@@ -56,16 +57,17 @@ def pull(held: Held) -> Pull:
     axis = rotation_of(simulation.pose(body)[3:])[:, 2].copy()
     palm = simulation.pose(held.trial.scene.palm)
     start = (simulation.pose(body)[:3] - palm[:3]) @ axis
-    moved, force, before, first = [0.0], [0.0], 0.0, math.nan
+    moved, force = [0.0], [0.0]
+    before, first = 0.0, math.nan
     for k in range(1, round(TIME / simulation.tick_time)):
         stretch = SPEED * k * simulation.tick_time - moved[-1]
         rate = SPEED - before
-        now = max(0.0, STIFFNESS * stretch + DAMPING * rate)
+        now = float(max(0.0, STIFFNESS * stretch + DAMPING * rate))
         data.xfrc_applied[body, :3] = now * axis
         simulation.tick()
-        at = (simulation.pose(body)[:3] - palm[:3]) @ axis - start
+        at = float((simulation.pose(body)[:3] - palm[:3]) @ axis - start)
         before = (at - moved[-1]) / simulation.tick_time
-        moved.append(float(at))
+        moved.append(at)
         force.append(now)
         if math.isnan(first) and sliding_speed(held.trial.scene, data, axis) > 0.5 * SPEED:
             first = now

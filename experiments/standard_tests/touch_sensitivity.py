@@ -1,10 +1,10 @@
 """Touch sensitivity: the force on a fixed load cell at the first frame in which a taxel reads.
 
-The pad moves against the button at a constant speed; the arrays are read 30 times a second. Closed
-form: a taxel reads above its dead zone p₀, so the force is p₀ A / s, where A is a taxel's area and s
-the share of the force on the strongest taxel, crosstalk taken off. Of a new load only 1 - c of the
-final reading is there at once (creep, c = 0.587), which raises p₀. A fast finger presses harder until
-the next frame comes, by one frame's growth of the force at most.
+The pad moves against the button at a constant speed; the arrays are read 30 times a second.
+Closed form: a taxel reads above its dead zone p₀, so the force is p₀ A / s, where A is a taxel's
+area and s the share of the force on the strongest taxel, crosstalk taken off. Of a new load only
+1 - c of the final reading is there at once (creep, c = 0.587), which raises p₀. A fast finger
+presses harder until the next frame comes, by one frame's growth of the force at most.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ import numpy as np
 from experiments.standard_tests.album import Album
 from experiments.standard_tests.contact_forces import contact_forces
 from experiments.standard_tests.finger_strength import axes_along, closing_senses, meet
+from experiments.standard_tests.load_objects import CELL_TOP
 from experiments.standard_tests.result_lines import Line
 from experiments.standard_tests.specimen import Rig, Specimen
-from experiments.standard_tests.test_objects import CELL_TOP
 from sdh_sim.cell import Scene
 from sdh_sim.cell.contacts import forces_beside_taxels, taxel_forces
 from sdh_sim.errors import Diverged
@@ -28,12 +28,13 @@ from sdh_sim.robot import Hand, hand_kinematics
 from sdh_sim.sensing.tactile_sensor import (
     CREEP_REFERENCE,
     FRAME_RATE,
-    PRESETS,
+    SensorModel,
     TactileSensor,
     spread_pressure,
     taxel_areas,
 )
 
+DSA = SensorModel()
 SPEEDS = (0.002, 0.01, 0.05)  # of the pad towards the button [m/s]
 GAP = 0.002  # between them at the start [m]
 TOLERANCE = 0.25  # of the slowest: spread of the gains, whole counts, one frame's growth
@@ -50,7 +51,7 @@ class FirstReading:
     """
 
     def __init__(self, hand: Hand, axis: np.ndarray, seed: int) -> None:
-        self._sensor = TactileSensor(PRESETS["dsa"], np.random.default_rng(seed), hand)
+        self._sensor = TactileSensor(DSA, np.random.default_rng(seed), hand)
         self._axis, self._next = axis, 0.0
         self.force: list[float] = []
         self.share = self.area = math.nan
@@ -69,17 +70,15 @@ class FirstReading:
         if pressed > 0.0 and (readings > 0.0).any():
             self.found = len(self.force) - 1
             areas = taxel_areas(scene.hand)
-            model = PRESETS["dsa"]
-            spread = spread_pressure(forces / areas, model.crosstalk, scene.hand)
+            spread = spread_pressure(forces / areas, DSA.crosstalk, scene.hand)
             k = int(np.argmax(spread))
             self.share, self.area = float(spread[k] * areas[k] / pressed), float(areas[k])
 
 
 def least_pressure() -> float:
     """Pressure of a new load from which on a taxel reads something [Pa]."""
-    model = PRESETS["dsa"]
-    reference = 1.0 - model.creep_share * math.exp(-CREEP_REFERENCE / model.creep_time)
-    return 1e3 * model.dead_zone * reference / (1.0 - model.creep_share)
+    reference = 1.0 - DSA.creep_share * math.exp(-CREEP_REFERENCE / DSA.creep_time)
+    return 1e3 * DSA.dead_zone * reference / (1.0 - DSA.creep_share)
 
 
 def touch_sensitivity(specimen: Specimen, cell: Path, seed: int, album: Album) -> list[Line]:

@@ -1,7 +1,7 @@
 """The objects of the protocols, written as folders like any user's: two cylinders and a load cell.
 
-The cylinders have the outer diameters of steel pipe of 2 and 3 inches, schedule 40, and its mass for
-their length; the load cell is a button of 5 mm radius on a round body.
+The cylinders have the outer diameters of steel pipe of 2 and 3 inches, schedule 40, and its mass
+for their length; the load cell is a button of 5 mm radius on a round body.
 """
 
 from __future__ import annotations
