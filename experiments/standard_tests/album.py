@@ -14,6 +14,8 @@ from sdh_sim.cell import Scene
 from sdh_sim.report.figure_style import save, style
 
 SIZE = (420, 420)  # of a picture [pixels]
+MOST = 4  # pictures beside each other
+WIDE, HEAD, FOOT, LABELS = 7.2, 0.65, 0.7, 2.35  # of a figure and its margins [inch]
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#AA4499")
 
 
@@ -62,19 +64,27 @@ def draw(
     """A chart of the lines of a protocol, the pictures above it; returns the PNG."""
     import matplotlib.pyplot as plt
 
-    pictures = album.pictures.get(protocol, [])[:4]
+    shown: dict[str, tuple[str, np.ndarray]] = {}
+    for title, picture in album.pictures.get(protocol, []):
+        shown.setdefault(title.partition("\n")[2], (title, picture))
+    pictures = list(shown.values())[:MOST]
     conditions = list(dict.fromkeys(line.condition for line in lines))
     hands = list(dict.fromkeys(line.specimen for line in lines))
-    tall, above = 0.9 + 0.17 * len(conditions), 2.0 if pictures else 0.0
+    chart, above = 0.17 * len(conditions), (WIDE / MOST + 0.1) if pictures else 0.0
+    tall = HEAD + above + chart + FOOT
     with style():
-        figure = plt.figure(figsize=(7.2, 0.3 + tall + above), layout="constrained")
-        grid = figure.add_gridspec(2, max(len(pictures), 1), height_ratios=(above or 0.01, tall))
+        figure = plt.figure(figsize=(WIDE, tall))
         for k, (title, picture) in enumerate(pictures):
-            axes = figure.add_subplot(grid[0, k])
+            side = WIDE / MOST - 0.1
+            axes = figure.add_axes(
+                ((0.05 + k * WIDE / MOST) / WIDE, 1.0 - (HEAD + side) / tall, side / WIDE,
+                 side / tall)
+            )  # fmt: skip
             axes.imshow(picture)
             axes.set_title(title, fontsize=7.5)
             axes.set_axis_off()
-        axes = figure.add_subplot(grid[1, :])
+        left = LABELS / WIDE
+        axes = figure.add_axes((left, FOOT / tall, 0.98 - left, chart / tall))
         for k, hand in enumerate(hands):
             for line in (x for x in lines if x.specimen == hand):
                 place = -conditions.index(line.condition) + 0.18 * (0.5 * (len(hands) - 1) - k)
@@ -95,8 +105,8 @@ def draw(
         axes.set_xlim(left=0.0)
         axes.grid(axis="y")
         axes.set_xlabel("force [N]")
-        figure.suptitle(TITLES[protocol], fontsize=10.0)
-        figure.legend(fontsize=7.5, loc="outside lower center", ncols=5)
+        figure.suptitle(TITLES[protocol], fontsize=10.0, y=1.0 - 0.08 / tall, va="top")
+        figure.legend(fontsize=7.5, loc="lower center", ncols=5)
         _, png = save(figure, stem)
         plt.close(figure)
     return png
