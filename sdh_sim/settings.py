@@ -68,6 +68,23 @@ class TrialSettings:
             placeholder="LIMIT ...",
         ),
     )
+    drive: str = field(
+        default="yield",
+        metadata=setting(
+            "What a load that pushes a joint back meets. yield: the motor at its limit; hold: the "
+            "friction of the gear as well; lock: a self-locking gear, which never gives way. All "
+            "push with the same limit.",
+            choices=("yield", "hold", "lock"),
+        ),
+    )
+    gear_friction: float = field(
+        default=0.25,
+        metadata=setting(
+            "With --drive hold, by how much more than its limit a motor bears, as a share of it: "
+            "the friction of its gear.",
+            span=(0.0, 2.0),
+        ),
+    )
     sensor: str = field(
         default="dsa",
         metadata=setting(
@@ -288,6 +305,11 @@ class TrialSettings:
                 f"touch: got {self.touch!r} with position_error {self.position_error:g} and "
                 f"angle_error {self.angle_error:g}; a pose that is exact needs no correction: give "
                 "both errors above 0"
+            )
+        if self.settle != "none" and self.drive != "yield":
+            raise SettingsError(
+                f"settle: got {self.settle!r} with drive {self.drive!r}; the prediction takes "
+                "motors that yield at their limit: set settle to none, or drive to yield"
             )
         if self.support == "table" and self.gravity != "-z":
             raise SettingsError(

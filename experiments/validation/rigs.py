@@ -11,12 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
 
 from sdh_sim.cell import Scene
+from sdh_sim.cell.drives import drives_in, give_drives
 from sdh_sim.cell.scene_builder import geom_fingers, geom_groups, set_contacts, taxel_index
 from sdh_sim.model_files import models_dir
 from sdh_sim.objects import OBJECT, object_info
@@ -143,13 +144,15 @@ def gripper(
     """
     hand = hand or built_in_hand()
     spec = _hand_spec(settings, hand)
-    limits = hand.torque_limits(settings.torque_limit if limit is None else limit)
-    for name, most in zip(hand.motor_names, spoil.torque * limits, strict=True):
-        spec.actuator(HAND + name).forcerange = [-most, most]
+    limits = spoil.torque * hand.torque_limits(settings.torque_limit if limit is None else limit)
+    names = [HAND + name for name in hand.motor_names]
+    give_drives(spec, names, limits, settings.drive, settings.gear_friction)
     test_body = _test_body(spec, hand, place, shapes, inertia)
     if free:
         test_body.add_freejoint(name="free")
-    return _scene(spec, settings, friction, spoil, hand)
+    scene = _scene(spec, settings, friction, spoil, hand)
+    drives = drives_in(scene.model, scene.motors, limits, settings.drive, settings.gear_friction)
+    return replace(scene, drives=drives)
 
 
 timestep_in_use: ContextVar[float] = ContextVar("timestep_in_use", default=0.002)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 
+from sdh_sim.cell.drives import Drives
 from sdh_sim.objects import ObjectInfo
 from sdh_sim.settings import TrialSettings
 
@@ -47,6 +48,7 @@ class Scene:
         taxel: per geom, index into the flat tactile vector, -1 where it is no taxel (ngeom,).
         geom_group: per geom 0 other, 1 object, 2 table, 3 hand (with taxels), 4 arm (ngeom,).
         geom_finger: per geom, index of the finger it is part of, -1 where of none (ngeom,).
+        drives: of the hand's motors.
     """
 
     model: mujoco.MjModel
@@ -72,6 +74,7 @@ class Scene:
     taxel: np.ndarray
     geom_group: np.ndarray
     geom_finger: np.ndarray
+    drives: Drives = field(default_factory=Drives)
 
     @property
     def torque_limit(self) -> tuple[float, ...]:

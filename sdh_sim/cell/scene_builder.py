@@ -7,6 +7,7 @@ from functools import lru_cache
 import mujoco
 import numpy as np
 
+from sdh_sim.cell.drives import drives_in, give_drives
 from sdh_sim.cell.scene import ARM_GEOM, HAND_GEOM, OBJECT_GEOM, TABLE_GEOM, Scene
 from sdh_sim.objects import HARD_SOLREF, OBJECT, ObjectInfo, object_info, object_spec
 from sdh_sim.robot import (
@@ -59,8 +60,8 @@ def build_scene(settings: TrialSettings) -> Scene:
     spec.body(f"{OBJECT}object").add_freejoint(name="free")
     spec.option.timestep = settings.timestep
     limits = hand.torque_limits(settings.torque_limit or hand.rated_limits)
-    for name, limit in zip(hand.motor_names, limits, strict=True):
-        spec.actuator(HAND + name).forcerange = [-limit, limit]
+    names = [HAND + name for name in hand.motor_names]
+    give_drives(spec, names, limits, settings.drive, settings.gear_friction)
     if settings.arm == "rigid":
         _stiffen(spec)
     if settings.support == "none":
@@ -114,6 +115,7 @@ def _index(model: mujoco.MjModel, settings: TrialSettings, obj: ObjectInfo, hand
     arm_joints = [model.joint(ARM + name) for name in ARM_JOINTS]
     body = model.body(f"{OBJECT}object").id
     free = model.joint(int(model.body_jntadr[body]))
+    limits = hand.torque_limits(settings.torque_limit or hand.rated_limits)
     scene = Scene(
         model=model,
         settings=settings,
@@ -138,6 +140,7 @@ def _index(model: mujoco.MjModel, settings: TrialSettings, obj: ObjectInfo, hand
         taxel=taxel_index(model, hand),
         geom_group=geom_groups(model),
         geom_finger=geom_fingers(model, hand),
+        drives=drives_in(model, np.array(motors), limits, settings.drive, settings.gear_friction),
     )
     set_contacts(scene)
     return scene

@@ -13,6 +13,7 @@ import numpy as np
 from sdh_sim import poses
 from sdh_sim.cell import contacts
 from sdh_sim.cell.current_poses import CurrentPoses
+from sdh_sim.cell.drives import LOCK, SelfLocking
 from sdh_sim.cell.scene import HAND_GEOM, OBJECT_GEOM, Scene
 from sdh_sim.errors import Diverged
 
@@ -51,6 +52,10 @@ class Simulation:
         self.limits = scene.hand.torque_limits(scene.torque_limit)
         self.phase = ""
         self._current = CurrentPoses(scene.model)
+        self._locking: SelfLocking | None = None
+        if scene.drives.kind == LOCK:
+            stops = scene.drives.stops
+            self._locking = SelfLocking(scene.model, scene.motors, stops, self.tick_time)
 
     @property
     def time(self) -> float:
@@ -74,6 +79,8 @@ class Simulation:
         speed, acceleration, torque = data.qvel, data.qacc, data.actuator_force
         control = data.ctrl
         rise = None if arm is None and hand is None else self._rise(arm, hand)
+        if self._locking is not None:
+            self._locking.before_tick(data)
         for _ in range(self.steps):
             if rise is not None:
                 control += rise
@@ -99,7 +106,7 @@ class Simulation:
         spec = mujoco.mjtState.mjSTATE_INTEGRATION
         state = np.empty(mujoco.mj_stateSize(self.scene.model, spec))
         mujoco.mj_getState(self.scene.model, self.data, state, spec)
-        return state
+        return state if self._locking is None else np.append(state, self._locking.state())
 
     def state(self) -> dict[str, np.ndarray]:
         """The state by name, for a look at a simulation that went wrong."""
@@ -110,9 +117,16 @@ class Simulation:
         """Go back to a saved state; the clock runs on, as do the torque peaks."""
         now = self.data.time
         spec = mujoco.mjtState.mjSTATE_INTEGRATION
+        if self._locking is not None:
+            state = self._locking.restore(state)
         mujoco.mj_setState(self.scene.model, self.data, state, spec)
         self.data.time = now
         mujoco.mj_forward(self.scene.model, self.data)
+
+    def free_drives(self) -> None:
+        """Tell self-locking drives that the joints have been put somewhere else."""
+        if self._locking is not None:
+            self._locking.free()
 
     def fix_object(self) -> None:
         """Hold the object where it is, in a scene without a table; elsewhere nothing happens."""

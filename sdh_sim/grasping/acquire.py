@@ -30,6 +30,7 @@ def acquire(simulation: Simulation, motion: MotionPlan) -> None:
     """
     scene, data = simulation.scene, simulation.data
     place(scene, data, motion.grasp, motion.approach[0], motion.opening)
+    simulation.free_drives()
     simulation.fix_object()
     duration = scene.palm_motion.duration(motion.approach, APPROACH_TIME)
     simulation.phase = "approach"
@@ -42,6 +43,7 @@ def acquire(simulation: Simulation, motion: MotionPlan) -> None:
         simulation.limits,
         scene.model.actuator_gainprm[scene.motors, 0],
         scene.motor_damping(),
+        scene.drives.friction,
     )
     _close(simulation, fingers)
     _squeeze(simulation, fingers)

@@ -28,7 +28,7 @@ class FingerControl:
 
     def __init__(
         self, hand: Hand, closing: Closing, ratio: float, torque_limits: np.ndarray,
-        stiffness: np.ndarray, damping: np.ndarray,
+        stiffness: np.ndarray, damping: np.ndarray, friction: np.ndarray | None = None,
     ) -> None:  # fmt: skip
         """Start at a closing ratio.
 
@@ -39,6 +39,8 @@ class FingerControl:
             torque_limits: of the motors (n,) [N m or N].
             stiffness: gains of their position servos (n,) [N m/rad or N/m].
             damping: of their joints (n,) [N m s/rad or N s/m].
+            friction: of their gears, which they overcome beside the limits (n,) [N m or N]; None
+                or empty: none.
         """
         self.closing = closing
         fingers, motors = len(hand.fingers), len(hand.motors)
@@ -52,11 +54,14 @@ class FingerControl:
         moves = np.abs(closing.angles(1.0) - closing.angles(0.0))
         least = np.minimum(OVER_FREE * damping * moves * closing.rate, NEAR_LIMIT * torque_limits)
         self._stall = np.maximum(STALL_SHARE * torque_limits, least)
+        lost = friction if friction is not None and len(friction) else np.zeros(motors)
+        self._stall = self._stall + lost
         self._load = np.zeros(motors)  # torques over the stall torques, at the last tick
         self._advance = np.zeros(fingers)  # of the closing ratios in the last tick
         sense = np.array([motor.flexes for motor in hand.motors])
         sense = np.where(sense == 0, np.sign(closing.travel), sense)
-        self._push = sense * closing.squeezes * SQUEEZE_DEMAND * torque_limits / stiffness
+        demand = SQUEEZE_DEMAND * torque_limits + lost
+        self._push = sense * closing.squeezes * demand / stiffness
         self._grip: np.ndarray | None = None
         self._squeezed = 0.0
 

@@ -42,10 +42,12 @@ def take_snapshot(simulation: Simulation, sensor: TactileSensor | None = None) -
     if sensor is None:
         sensor = TactileSensor(None, np.random.default_rng(0), scene.hand)
         sensor.frame(taxel_forces(scene, data))
+    # What the gears lose beyond the limits never reaches a joint as torque of its motor.
+    torques = np.clip(data.actuator_force[scene.motors], -simulation.limits, simulation.limits)
     return TactileSnapshot(
         tactile=scene.hand.by_kind(sensor.read()),
         joint_angles=scene.motor_positions(data),
-        motor_torques=data.actuator_force[scene.motors].copy(),
+        motor_torques=torques,
         object_pose_hand=simulation.object_in_hand(),
         hand_pose_world=simulation.pose(scene.palm),
         gravity=scene.settings.gravity if scene.settings.support == "none" else "",
