@@ -21,7 +21,7 @@ from rich.table import Table
 
 from experiments.command_line import Parser, fail
 from experiments.leaderboard.learned import learned_entrants
-from experiments.leaderboard.moments import BEFORE, moments_of, of_settling, scores_at
+from experiments.leaderboard.moments import BEFORE, SETTLED, moments_of, of_settling, scores_at
 from experiments.stored_runs import tell
 from sdh_sim.analysis.leaderboard import Leaderboard, rank_all
 from sdh_sim.cli.field_comparison import (
@@ -40,6 +40,10 @@ from sdh_sim.report.leaderboard_section import leaderboard_figure
 from sdh_sim.runs import open_runs
 
 FOLDER = "leaderboard"
+BY_VERDICT = (
+    "A grasp that does not settle has every metric's worst value: here the verdict of settling "
+    "ranks first, and a metric among the grasps that settle."
+)
 
 
 def main(argv: Sequence[str] | None = None) -> None:
@@ -66,6 +70,8 @@ def main(argv: Sequence[str] | None = None) -> None:
         standings = board.standings[board.main]
         console.print(leaderboard_table(standings, any(s.rank_load is not None for s in standings)))
         console.print(by_object(board))
+        if moment == SETTLED:
+            console.print(BY_VERDICT, markup=False, soft_wrap=True)
     for line in leaderboard_notes(boards[BEFORE]):
         console.print(line, markup=False, soft_wrap=True)
     folder = args.out or args.runs[0] / FOLDER

@@ -71,6 +71,8 @@ _STYLE = {
     "lines.linewidth": 1.6,
     "figure.facecolor": "white",
     "savefig.facecolor": "white",
+    # Letters are then as wide at every resolution: what is laid out once fits both files.
+    "text.hinting": "none",
     "svg.fonttype": "path",  # the page looks the same without our fonts
     "svg.hashsalt": "sdh-sim",
     "axes.unicode_minus": True,
@@ -126,6 +128,13 @@ def legend(axes: Axes, **options: Any) -> None:
     """The axes' legend, none where nothing has a label (too few trials to draw a curve)."""
     if axes.get_legend_handles_labels()[0]:
         axes.legend(alignment="left", title_fontsize=8.5, **options)
+
+
+def legend_below(figure: Figure, axes: Axes, title: str) -> None:
+    """The axes' legend below them, where it hides no curve; none where nothing has a label."""
+    handles, labels = axes.get_legend_handles_labels()
+    if handles:
+        figure.legend(handles, labels, loc="outside lower center", title=title, title_fontsize=8.5)
 
 
 def light(colour: str, share: float) -> tuple[float, float, float]:

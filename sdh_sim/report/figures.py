@@ -146,7 +146,7 @@ def _bar(ax: Axes, x: float, rate: Proportion, colour: str, share: float) -> Non
 
 def roc(study: Study, reference: Reference | None = None) -> Figure:
     """ROC curves of all trials with their bands, the threshold 1 marked."""
-    figure, (ax,) = fs.panels(1, 4.0, width=4.9)
+    figure, (ax,) = fs.panels(1, 4.1 + 0.19 * len(study.metrics), width=4.9)
     ax.plot([0, 1], [0, 1], color=fs.GREY, linewidth=0.8, linestyle=(0, (4, 3)))
     for metric in study.metrics:
         finding = study.findings[study.main, metric]
@@ -167,13 +167,13 @@ def roc(study: Study, reference: Reference | None = None) -> Figure:
     ax.set(xlim=(-0.01, 1.01), ylim=(-0.01, 1.01), aspect="equal")
     ax.set_xlabel("false positive rate")
     ax.set_ylabel("true positive rate")
-    fs.legend(ax, loc="lower right", title="dots: threshold 1")
+    fs.legend_below(figure, ax, "dots: threshold 1")
     return figure
 
 
 def precision_recall(study: Study) -> Figure:
     """Precision over recall of all trials with the bands, the threshold 1 marked."""
-    figure, (ax,) = fs.panels(1, 4.0, width=4.9)
+    figure, (ax,) = fs.panels(1, 4.1 + 0.19 * len(study.metrics), width=4.9)
     for metric in study.metrics:
         finding = study.findings[study.main, metric]
         curve = finding.precision_recall
@@ -193,7 +193,7 @@ def precision_recall(study: Study) -> Figure:
     ax.set(xlim=(-0.01, 1.01), ylim=(0, 1.02))
     ax.set_xlabel("recall (true positive rate)")
     ax.set_ylabel("precision")
-    fs.legend(ax, loc="lower left", title="dots: threshold 1")
+    fs.legend_below(figure, ax, "dots: threshold 1")
     return figure
 
 
