@@ -205,7 +205,7 @@ def _trial_area(scores: np.ndarray, success: np.ndarray) -> str:
     area = auc(scores, success)
     if area is None:
         return "-"
-    found = auc_interval(scores, success, np.random.default_rng(0))
+    found = auc_interval(scores, success)
     return f"{area:.3f}" + (f" ({found[0]:.3f}–{found[1]:.3f})" if found else "")
 
 

@@ -132,7 +132,7 @@ def bound_fits(seen: Sequence[Seen], known_com: bool) -> list[BoundFit]:
             found.append(
                 BoundFit(
                     drive, bound, compare_scores(q, held, group=drive, metric=bound),
-                    summarise_ratios(ratios, np.random.default_rng(0)),
+                    summarise_ratios(ratios),
                     Proportion(int((q <= q_sim).sum()), len(q)), len(own), int(capped.sum()),
                 )
             )  # fmt: skip

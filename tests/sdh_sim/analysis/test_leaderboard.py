@@ -88,9 +88,13 @@ def test_each_is_tested_against_the_best_on_the_same_trials():
     assert second.behind is not None
     assert second.behind.value == 0.0
     assert second.holm_p == 1.0
-    assert found["noise"].holm_p is not None
-    assert found["noise"].holm_p < 1e-4
-    assert found["noise"].behind.value == pytest.approx(found["noise"].auc - found["best"].auc)
+    last, first = found["noise"], found["best"]
+    assert last.holm_p is not None
+    assert last.holm_p < 1e-4
+    assert last.auc is not None
+    assert first.auc is not None
+    assert last.behind is not None
+    assert last.behind.value == pytest.approx(last.auc - first.auc)
 
 
 def test_holm_by_hand():
