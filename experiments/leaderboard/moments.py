@@ -9,10 +9,14 @@ import numpy as np
 from sdh_sim.analysis.leaderboard import Entrant
 from sdh_sim.cli.field_comparison import RatedTrials, jobs_of, rate
 from sdh_sim.cli.worker_pool import run_all
-from sdh_sim.metrics import grasp_of
-from sdh_sim.metrics.field_scores import GraspScores, ScoreJob, metrics_of, score_grasp
+from sdh_sim.metrics.field_scores import (
+    GraspScores,
+    ScoreJob,
+    grasp_in,
+    metrics_of,
+    score_grasp,
+)
 from sdh_sim.metrics.stored_grasps import at_lift_off
-from sdh_sim.robot import hand_kinematics
 from sdh_sim.settings import TrialSettings
 from sdh_sim.settling import Allowed, Rubber, settle_grasp
 from sdh_sim.trial.outcome import MAX_DISPLACEMENT_MM, MAX_ROTATION_DEG
@@ -71,14 +75,14 @@ def _rubber(trials: RatedTrials, number: int) -> Rubber:
 def settled_scores(job: tuple[ScoreJob, Rubber]) -> GraspScores | None:
     """Metrics where a stored grasp settles; None where the trial ended before its snapshot."""
     asked, rubber = job
-    kinematics = asked.kinematics or hand_kinematics()
-    grasp = grasp_of(asked.row, asked.pads, kinematics, asked.folders)
+    grasp = grasp_in(asked)
     if grasp is None:
         return None
     metrics = metrics_of(asked.known, asked.own)
     if not grasp.contacts and not grasp.others:
         return score_grasp(grasp, metrics)
-    settled = settle_grasp(grasp, kinematics, rubber, _ALLOWED, asked.pads)
+    assert grasp.kinematics is not None  # perceive puts it there
+    settled = settle_grasp(grasp, grasp.kinematics, rubber, _ALLOWED, asked.pads)
     if settled.held:
         return score_grasp(settled.grasp, metrics)
     worst = np.array([metric.worst for metric in metrics])

@@ -30,8 +30,6 @@ from sdh_sim.metrics.field_scores import (
     score_grasp,
     score_job,
 )
-from sdh_sim.robot import hand_kinematics
-from sdh_sim.robot.find_hand import hand_in
 from sdh_sim.runs import OpenedRun, open_runs
 from sdh_sim.sensing import PerceivedGrasp
 from sdh_sim.user_references import ObjectFolder, UserMetric
@@ -96,12 +94,12 @@ def jobs_of(
         if row is None:
             found.append(None)
             continue
-        plan, pads, kinematics = run.plan, "all", None
+        pads, hand, hand_folder = "all", None, None
         folders: Mapping[str, ObjectFolder] = {}
-        if plan is not None:
-            pads, folders = plan.settings.pads, plan.folders
-            kinematics = hand_kinematics(hand_in(plan.settings))
-        found.append(ScoreJob(row, pads, kinematics, folders, known, own))
+        if run.plan is not None:
+            settings, folders = run.plan.settings, run.plan.folders
+            pads, hand, hand_folder = settings.pads, settings.hand, settings.hand_folder
+        found.append(ScoreJob(row, pads, hand, hand_folder, folders, known, own))
     return found
 
 

@@ -16,9 +16,9 @@ from sdh_sim.metrics.field import KNOWN, described
 from sdh_sim.metrics.field_metric import FieldMetric
 from sdh_sim.metrics.stored_grasps import grasp_of
 from sdh_sim.metrics.user_metrics import summary
-from sdh_sim.robot import HandKinematics
+from sdh_sim.robot import HandKinematics, hand_kinematics, hand_named
 from sdh_sim.sensing import PerceivedGrasp
-from sdh_sim.user_references import ObjectFolder, UserMetric
+from sdh_sim.user_references import HandFolder, ObjectFolder, UserMetric
 
 MapJobs = Callable[[Callable[[Any], Any], Sequence[Any], str], list[Any]]
 
@@ -46,7 +46,8 @@ class ScoreJob:
     Attributes:
         row: of the table of trials.
         pads: ``all``, or the kind of array whose pads count.
-        kinematics: of the hand; None takes the built-in one that the row names.
+        hand: name of the hand; None takes the built-in one that the row names.
+        hand_folder: of a user's hand.
         folders: of users' objects, by name.
         known: names of metrics.
         own: users' metrics.
@@ -54,7 +55,8 @@ class ScoreJob:
 
     row: Mapping[str, Any]
     pads: str
-    kinematics: HandKinematics | None
+    hand: str | None
+    hand_folder: HandFolder | None
     folders: Mapping[str, ObjectFolder]
     known: tuple[str, ...]
     own: tuple[UserMetric, ...]
@@ -73,7 +75,12 @@ def score_job(job: ScoreJob) -> GraspScores | None:
 
 def grasp_in(job: ScoreJob) -> PerceivedGrasp | None:
     """The grasp of a job; None where the trial ended before its snapshot."""
-    return grasp_of(job.row, job.pads, job.kinematics, job.folders)
+    return grasp_of(job.row, job.pads, hand_of_job(job), job.folders)
+
+
+def hand_of_job(job: ScoreJob) -> HandKinematics | None:
+    """The hand of a job, found by each process for itself; None: the row names a built-in one."""
+    return None if job.hand is None else hand_kinematics(hand_named(job.hand, job.hand_folder))
 
 
 def score_grasp(grasp: PerceivedGrasp, metrics: Sequence[FieldMetric]) -> GraspScores:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -21,11 +22,13 @@ from sdh_sim.analysis.leaderboard import Outcomes
 from sdh_sim.cli.app import main
 from sdh_sim.metrics import find_metrics
 from sdh_sim.metrics.field import KNOWN
-from sdh_sim.metrics.field_scores import ScoreJob, score_job
+from sdh_sim.metrics.field_scores import ScoreJob, hand_of_job, score_job
 from sdh_sim.records import normalise, write_rows
+from sdh_sim.robot import find_hand
 from sdh_sim.runs import RunFolder, RunPlan, columns_of_run
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import run_trial
+from tests.support.hand_folders import write_hand
 
 TRIALS = 12
 SETTINGS = TrialSettings("oval_bottle", grasps="precision", lift_off=True, settle="verdict")
@@ -78,7 +81,7 @@ def own(tmp_path) -> Path:
 
 
 def test_every_metric_has_a_value_and_a_cost(real):
-    job = ScoreJob(normalise(real), "distal", None, {}, tuple(KNOWN), ())
+    job = ScoreJob(normalise(real), "distal", None, None, {}, tuple(KNOWN), ())
     found = score_job(job)
     assert found is not None
     assert found.sensed
@@ -90,7 +93,7 @@ def test_every_metric_has_a_value_and_a_cost(real):
 
 def test_metrics_of_a_stored_grasp_are_those_of_its_trial(real):
     names = ("q_linf", "q_l1", "q_capability", "epsilon_l1", "volume_linf")
-    found = score_job(ScoreJob(normalise(real), "all", None, {}, names, ()))
+    found = score_job(ScoreJob(normalise(real), "all", None, None, {}, names, ()))
     assert found is not None
     stored = [real[name] for name in names]
     assert found.values == pytest.approx(stored, rel=1e-5)  # readings are single in the table
@@ -98,10 +101,21 @@ def test_metrics_of_a_stored_grasp_are_those_of_its_trial(real):
 
 def test_a_metric_that_raises_costs_itself(real, own):
     metrics = find_metrics([f"{own}:broken", f"{own}:pressure"])
-    found = score_job(ScoreJob(normalise(real), "all", None, {}, ("q_linf",), metrics))
+    found = score_job(ScoreJob(normalise(real), "all", None, None, {}, ("q_linf",), metrics))
     assert found is not None
     assert found.faults == {"broken": "ValueError: no idea"}
     assert np.isnan(found.values).tolist() == [False, True, False]
+
+
+def test_a_job_of_a_users_hand_goes_to_another_process(tmp_path):
+    folder = write_hand(tmp_path / "hand")
+    hand, kept = find_hand(str(folder))
+    job = ScoreJob({}, "all", hand, kept, {}, ("q_linf",), ())
+    there = pickle.loads(pickle.dumps(job))
+    assert there == job
+    found = hand_of_job(there)
+    assert found is not None
+    assert found.hand.name == "gripper"
 
 
 def test_compare_ranks_metrics_and_shows_them_in_the_report(run, own, capsys):
