@@ -72,7 +72,7 @@ def leaderboard_table(board: Leaderboard) -> Table:
             percent(s.own) if s.own.n else DASH,
             number(s.rank_load),
             number(s.rank_motion),
-            DASH if math.isnan(s.entrant.cost_us) else f"{s.entrant.cost_us:,.0f}",
+            DASH if math.isnan(s.entrant.cost_us) else f"{s.entrant.cost_us:.0f}",
             DASH if s.holm_p is None else p_value(s.holm_p),
             s.remarks,
         ])  # fmt: skip
@@ -84,10 +84,10 @@ def leaderboard_table(board: Leaderboard) -> Table:
         "processor time a grasp; p of DeLong's test against the first, with Holm's correction.",
         [
             *("metric", "family", "AUC", *(g.replace("_", " ") for g in groups), "at best"),
-            *("at own", "ρ q_sim", "ρ motion", "µs", "p", ""),
+            *("at own", "ρ q_sim", "ρ motion", "µs", "p", "remarks"),
         ],
         rows,
-        text_columns=(0, 1, 9 + len(groups) + 1),
+        text_columns=(0, 1, 9 + len(groups)),
     )
 
 

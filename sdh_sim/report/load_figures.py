@@ -47,7 +47,7 @@ def calibration(study: Study) -> Figure:
     axes[0].set_ylim(bottom=0)
     axes[1].set_ylim(0, 1)
     axes[2].plot([0, 0.5], [0, 0.5], color=fs.GREY, linewidth=0.9, linestyle=(0, (4, 3)), zorder=0)
-    axes[2].set_ylim(0, 0.6)
+    axes[2].set_ylim(0, max(0.6, 1.03 * axes[2].dataLim.y1))
     titles = ("threshold needed", "successes still predicted", "false positives held out")
     for k, text in enumerate(titles):
         axes[k].set_xlabel("desired false positive rate")
