@@ -182,7 +182,7 @@ def results_table(results: Sequence[Result]) -> Table:
 def forest(results: Sequence[Result]) -> Figure:
     """Area and best accuracy of every predictor: a line each, with both choices of pads."""
     names = list(dict.fromkeys((r.candidate.group, r.candidate.assumes) for r in results))
-    figure, axes = figure_style.panels(2, 1.0 + 0.23 * len(names), sharey=True)
+    figure, axes = figure_style.panels(2, 1.0 + 0.23 * len(names), width=9.0, sharey=True)
     for result in results:
         c, best = result.comparison, result.best
         hollow = result.candidate.pads == "all"
@@ -197,7 +197,7 @@ def forest(results: Sequence[Result]) -> Figure:
     for k, (ax, mark) in enumerate(zip(axes, (0.5, max(base, 1.0 - base)), strict=True)):
         ax.axvline(mark, color=figure_style.GREY, linewidth=0.9, linestyle=(0, (4, 3)), zorder=0)
         ax.grid(axis="x")
-        figure_style.letter(ax, k, ("area under the ROC curve", "cross-validated accuracy")[k])
+        figure_style.letter(ax, k, ("AUC", "accuracy, held out")[k])
         for y in range(1, len(names)):
             if names[y][0] != names[y - 1][0]:
                 ax.axhline(y - 0.5, color="#cccccc", linewidth=0.7)
