@@ -1,10 +1,13 @@
-"""One numerical thread per process, and the metrics compiled once, before any test runs.
+"""One numerical thread and one worker per process, the metrics compiled before any test runs.
 
 Numerical libraries start a thread per core in every process; with a test process per core these
 wait for each other: a test of regressions took four times as long.
 
 In a new environment Numba compiles for half a minute. Two processes share it (``graspq.warm_up``);
 where everything is on the disk already, nothing is done.
+
+Commands that do not say how many workers they want get one, not one per core: the cores are busy
+with other tests, and the start of a worker takes longer than most trials.
 """
 
 from __future__ import annotations
@@ -12,6 +15,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -37,3 +41,12 @@ def pytest_configure(config: pytest.Config) -> None:
     ]
     for process in running:
         process.wait()  # what fails here fails in a test that says so
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_worker() -> Iterator[None]:
+    """Where a test does not ask for more."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in ("lift_request", "demo", "worker_pool"):
+            patch.setattr(f"sdh_sim.cli.{module}.default_workers", lambda: 1)
+        yield

@@ -18,7 +18,6 @@ from pathlib import PurePosixPath
 from typing import Any
 
 import numpy as np
-import trimesh
 
 from sdh_sim.errors import MeshError, MjcfError
 from sdh_sim.user_files.folder import Folder
@@ -52,6 +51,8 @@ def read_mesh(data: bytes, ending: str) -> list[MeshPiece]:
         options["skip_materials"] = True  # pictures would be decoded
     if kind == "obj":
         options["split_objects"] = True
+    import trimesh  # takes a tenth of a second, which workers of built-in objects do not need
+
     try:
         with _silent():
             scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, **options)

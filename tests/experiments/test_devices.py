@@ -43,7 +43,8 @@ def test_a_spread_of_a_factor():
     assert 0.6 < low < 1.0 < high < 1.6
 
 
-def test_the_study_runs_and_draws(tmp_path, capsys):
+def test_the_study_runs_and_draws(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(devices, "PAPER_ORDER", ("box",))  # one object is enough to draw
     devices.main(["--trials", "1", "--seed", "5", "--out", str(tmp_path)])
     printed = capsys.readouterr().out
     assert "parallel jaw" in printed

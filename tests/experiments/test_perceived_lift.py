@@ -10,11 +10,11 @@ import pytest
 from experiments import perceived_lift
 from experiments.perceived_lift import Job, predict_motion, scores_of, set_to_snapshot
 from sdh_sim.cell import Simulation, scene_of
-from sdh_sim.cli import main
 from sdh_sim.metrics import snapshot_of
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import classify, run_trial
 from sdh_sim.trial.outcome import Motion, moved_between
+from tests.support.run_folders import write_run_of
 
 SETTINGS = TrialSettings("box", grasps="precision", pads="distal")
 
@@ -67,10 +67,9 @@ def test_scores_order_by_motion_and_part_at_the_verdict():
     assert (scores > 1.0).tolist() == [False, True, False, True]
 
 
-def test_the_command_prints_its_table(tmp_path, capsys):
-    out = tmp_path / "run"
-    lift = ["lift", "--object", "box", "--trials", "2", "--seed", "5", "--workers", "1"]
-    assert main([*lift, "--out", str(out)]) == 0
+def test_the_command_prints_its_table(row, tmp_path, capsys):
+    fell = {**row, "success": False, "failure": "dropped"}
+    out = write_run_of([row, fell], SETTINGS, tmp_path / "run")
     perceived_lift.main([str(out), "--workers", "1"])
     printed = capsys.readouterr().out
     assert "MuJoCo from the snapshot" in printed

@@ -30,7 +30,7 @@ from sdh_sim.robot import HandKinematics
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import run_trial
 
-TRIALS = 24  # too few of either outcome to learn from: the baseline that learns is tested by itself
+TRIALS = 8  # too few of either outcome to learn from: the baseline that learns is tested by itself
 
 
 @pytest.fixture(scope="module")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import json
 import re
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -69,11 +70,17 @@ def test_rows_of_other_metrics_are_refused(tmp_path, file):
         records.normalise({**stand_ins.make_row("box", 1), "trial": 0, "metric_thumb": "x"})
 
 
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory) -> Path:
+    """A run, not to be changed."""
+    folder = tmp_path_factory.mktemp("metrics")
+    run_campaign(plan_with(metric_file(folder), 30), folder / "run", 1, trial=with_metrics)
+    return folder / "run"
+
+
 @pytest.fixture
-def run(tmp_path, file) -> Path:
-    out = tmp_path / "run"
-    run_campaign(plan_with(file, 30), out, 1, trial=with_metrics)
-    return out
+def run(finished, tmp_path) -> Path:
+    return Path(shutil.copytree(finished, tmp_path / "run"))
 
 
 def test_compare_shows_metrics_beside_q(run, capsys):

@@ -189,7 +189,7 @@ def test_a_refused_write_leaves_the_old_page(run, reported, monkeypatch):
 
     monkeypatch.setattr(os, "replace", refuse)
     with pytest.raises(OSError, match="No space"):
-        write_report(study(run), run / "report", "new")
+        write_report(study(run, compare.METRICS), run / "report", "new")
     assert page.read_bytes() == before
     assert not list((run / "report").glob("*.tmp"))
 
