@@ -20,11 +20,17 @@ from pathlib import Path
 
 import pytest
 
+from sdh_sim.run_options import default_workers
 from sdh_sim.thread_limits import limit_threads
 
 ROOT = Path(__file__).resolve().parents[1]
 
 limit_threads()  # before numpy is imported; worker processes inherit it
+
+
+def pytest_xdist_auto_num_workers() -> int:
+    """One worker more than there are cores: many tests wait for processes that they start."""
+    return default_workers() + 1
 
 
 def pytest_configure(config: pytest.Config) -> None:
