@@ -20,17 +20,19 @@ class Alignment:
         table: friction of the table and stiffness of its contacts are MuJoCo's; else the object's
             friction, and that of hard parts.
         hard: contacts without rubber are as stiff as MuJoCo has them; else ``HARD``.
-        dissipation: contacts lose as much energy as in MuJoCo (linear in the speed, with the time
-            constant that its contacts have at rest); else ``DISSIPATION`` by Hunt and Crossley.
         lift: the hand rises, as in the trial; else the table falls.
+        dissipation: contacts lose as much energy as in MuJoCo (linear in the speed, with the time
+            constant that its contacts have), and Drake solves them by its convex approximation
+            ``sap``, in which as in MuJoCo's a contact that slips presses harder; else
+            ``DISSIPATION`` by Hunt and Crossley, solved by ``lagged``, in which it does not.
     """
 
     references: bool = False
     points: bool = False
     table: bool = False
     hard: bool = False
-    dissipation: bool = False
     lift: bool = False
+    dissipation: bool = False
 
 
 NAMES = tuple(field.name for field in fields(Alignment))

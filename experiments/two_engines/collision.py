@@ -13,7 +13,9 @@ from pydrake.geometry import (
     GeometryId,
     GeometrySet,
     ProximityProperties,
+    Role,
     SceneGraph,
+    SourceId,
     Sphere,
 )
 from pydrake.math import RigidTransform
@@ -46,11 +48,13 @@ class Surfaces(NamedTuple):
     """Geometries of Drake.
 
     Attributes:
-        hand: by their part.
-        geom: id in MuJoCo of each of the hand's.
+        hand: of its hard parts, by their part.
+        geom: id in MuJoCo of each of the hand's, taxels too.
         obj: of the object, that the hand meets.
         standing: of the object, that the table meets.
         table: of the table.
+        idle: taxels (with their ids in MuJoCo) that have no role in contact until they are near.
+        materials: of the taxels.
     """
 
     hand: dict[Part, list[GeometryId]]
@@ -58,11 +62,13 @@ class Surfaces(NamedTuple):
     obj: list[GeometryId]
     standing: list[GeometryId]
     table: list[GeometryId]
+    idle: dict[GeometryId, int]
+    materials: dict[GeometryId, ProximityProperties]
 
 
 def add_surfaces(
     plant: MultibodyPlant, scene: Scene, bodies: dict[int, RigidBody], obj: RigidBody,
-    table: RigidBody, alignment: Alignment,
+    table: RigidBody, pose: np.ndarray, alignment: Alignment,
 ) -> Surfaces:  # fmt: skip
     """Register all that collides, before the plant is finalised.
 
@@ -71,18 +77,25 @@ def add_surfaces(
         scene: of MuJoCo.
         bodies: of the hand, by their id in MuJoCo.
         obj, table: the other bodies.
+        pose: of the object in the world (7,), as it stands.
         alignment: decides on the contact laws.
     """
     model = scene.model
     hand: dict[Part, list[GeometryId]] = {}
     geoms: dict[GeometryId, int] = {}
+    idle: dict[GeometryId, int] = {}
+    materials: dict[GeometryId, ProximityProperties] = {}
     for body, added in bodies.items():
         for geom in map(int, np.flatnonzero(touchable(model, body))):
             law = law_of(scene, geom, alignment)
-            made = _register(plant, model, geom, added, _material(law, alignment))
+            material = _material(law, alignment)
+            made = _register(plant, model, geom, added, material)
+            geoms[made] = geom
+            if scene.taxel[geom] >= 0:
+                idle[made], materials[made] = geom, material
+                continue
             part = Part(body, int(model.geom_contype[geom]), int(model.geom_conaffinity[geom]))
             hand.setdefault(part, []).append(made)
-            geoms[made] = geom
     smooth = _material(ContactLaw(RIGID, 0.0, scene.obj.friction))
     own = [
         _register(plant, model, int(geom), obj, smooth)
@@ -97,9 +110,9 @@ def add_surfaces(
             plant.RegisterCollisionGeometry(
                 obj, RigidTransform(point), Sphere(POINT), f"point{k}", smooth
             )
-            for k, point in enumerate(standing_points(model, scene.object_body))
+            for k, point in enumerate(standing_points(model, scene.object_body, pose))
         ]
-    return Surfaces(hand, geoms, own, standing, [top])
+    return Surfaces(hand, geoms, own, standing, [top], idle, materials)
 
 
 def _material(law: ContactLaw, alignment: Alignment | None = None) -> ProximityProperties:
@@ -124,9 +137,13 @@ def _register(
     return plant.RegisterCollisionGeometry(body, place, shape_of(model, geom), name, material)
 
 
-def set_filters(graph: SceneGraph, scene: Scene, surfaces: Surfaces) -> None:
+def set_filters(
+    graph: SceneGraph, source: SourceId, scene: Scene, surfaces: Surfaces
+) -> None:
     """Let those pairs touch that touch in MuJoCo, of hand, object and table."""
     manager = graph.collision_filter_manager()
+    for taxel in surfaces.idle:
+        graph.RemoveRole(source, taxel, Role.kProximity)
 
     def exclude(first: list[GeometryId], second: list[GeometryId]) -> None:
         declared = CollisionFilterDeclaration()

@@ -10,6 +10,7 @@ from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.plant import ContactResults, ExternallyAppliedSpatialForce
 from pydrake.systems.analysis import Simulator
 
+from experiments.two_engines.near import NearTaxels
 from experiments.two_engines.shapes import transform_of
 from experiments.two_engines.translate import DrakeScene
 from sdh_sim.cell.simulation import TICK
@@ -46,8 +47,8 @@ class DrakeSimulation:
         self._table_meets = True
         self.set_weight(1.0)
         self._command(self.references, 0.0, 0.0)
-        actuators = made.plant.num_actuated_dofs() - 2 - len(made.scene.motors)
-        assert actuators >= 0
+        graph_context = made.graph.GetMyMutableContextFromRoot(self._root)
+        self._near = NearTaxels(made, graph_context, self._context)
 
     def set_to(
         self, joints: dict[int, float], object_pose: np.ndarray, references: np.ndarray
@@ -120,6 +121,7 @@ class DrakeSimulation:
         if table is not None:
             end[-1] = table
         moving = bool((end != start).any())
+        self._near.update()
         for k in range(1, self.steps + 1):
             if moving:
                 now = start + (end - start) * (k / self.steps)

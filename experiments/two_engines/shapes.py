@@ -11,6 +11,9 @@ from sdh_sim.errors import SettingsError
 from sdh_sim.objects.collision_shape import shapes_of
 from sdh_sim.poses import rotation_of
 
+FOOT = 0.03  # of an object that stands: what may touch the table before it has left the hand [m]
+APART = 6e-3  # least distance of points that it stands on [m]
+
 
 def transform_of(position: np.ndarray, quat: np.ndarray) -> RigidTransform:
     """A pose from a position (3,) [m] and a unit quaternion w x y z (4,)."""
@@ -49,16 +52,23 @@ def shape_of(model: mujoco.MjModel, geom: int) -> Shape:
     )
 
 
-def standing_points(model: mujoco.MjModel, body: int, spacing: float = 8e-3) -> np.ndarray:
-    """Points on the collision shapes of a body with which it stands on a plane (n, 3) [m].
+def standing_points(model: mujoco.MjModel, body: int, pose: np.ndarray) -> np.ndarray:
+    """Points of a body's collision shapes with which it can stand on a level plane (n, 3) [m].
 
     They are corners of boxes and meshes and points on the rims of round shapes, in the body's
-    frame; of those nearer to each other than ``spacing`` [m] one stays.
+    frame: those no higher than ``FOOT`` above its lowest point, one of those close together.
+
+    Args:
+        model: compiled.
+        body: id.
+        pose: of the body in the world (7,).
     """
     found = [points for geom, points in shapes_of(model) if model.geom_bodyid[geom] == body]
     points = np.concatenate(found)
+    height = points @ rotation_of(pose[3:])[2]
+    low = np.flatnonzero(height < height.min() + FOOT)
     chosen: list[np.ndarray] = []
-    for point in points[np.argsort(-np.linalg.norm(points - points.mean(axis=0), axis=1))]:
-        if all(np.linalg.norm(point - other) >= spacing for other in chosen):
+    for point in points[low[np.argsort(height[low], kind="stable")]]:
+        if all(np.linalg.norm(point - other) >= APART for other in chosen):
             chosen.append(point)
     return np.array(chosen)

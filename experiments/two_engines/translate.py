@@ -67,8 +67,16 @@ class DrakeScene:
     surfaces: Surfaces
 
 
-def translate(scene: Scene, palm_pose: np.ndarray, alignment: Alignment = ALIGNED) -> DrakeScene:
-    """Rebuild a scene with the palm at a pose in the world (7,) [m, 1].
+def translate(
+    scene: Scene, palm_pose: np.ndarray, object_pose: np.ndarray, alignment: Alignment = ALIGNED
+) -> DrakeScene:
+    """Rebuild a scene.
+
+    Args:
+        scene: of MuJoCo.
+        palm_pose: where the palm is, in the world (7,) [m, 1].
+        object_pose: where the object stands, in the world (7,) [m, 1].
+        alignment: what is made equal.
 
     Raises:
         SettingsError: the hand has what this cannot translate: tendons, gears, springs, joints
@@ -103,9 +111,11 @@ def translate(scene: Scene, palm_pose: np.ndarray, alignment: Alignment = ALIGNE
     _couple(plant, model, joints)
     for instance in (hand, others, *carriers):
         plant.set_gravity_enabled(instance, False)
-    surfaces = add_surfaces(plant, scene, bodies, obj, table, alignment)
+    surfaces = add_surfaces(plant, scene, bodies, obj, table, object_pose, alignment)
     plant.Finalize()
-    set_filters(graph, scene, surfaces)
+    source = plant.get_source_id()
+    assert source is not None
+    set_filters(graph, source, scene, surfaces)
     return DrakeScene(
         scene, alignment, builder.Build(), plant, graph, hand, carriers[0], carriers[1],
         bodies[scene.palm], obj, table, joints, surfaces,
