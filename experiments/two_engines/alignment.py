@@ -23,8 +23,9 @@ class Alignment:
         lift: the hand rises, as in the trial; else the table falls.
         dissipation: contacts lose as much energy as in MuJoCo (linear in the speed, with the time
             constant that its contacts have), and Drake solves them by its convex approximation
-            ``sap``, in which as in MuJoCo's a contact that slips presses harder; else
-            ``DISSIPATION`` by Hunt and Crossley, solved by ``lagged``, in which it does not.
+            ``sap``, in which as in MuJoCo's a contact that slips presses harder, and what sticks
+            creeps as little; else ``DISSIPATION`` by Hunt and Crossley, solved by ``lagged``, in
+            which what slips presses no harder, and what sticks creeps by up to 0.1 mm/s.
     """
 
     references: bool = False
@@ -49,5 +50,7 @@ def levels() -> dict[str, Alignment]:
     return found
 
 
-ALIGNED = levels()[NAMES[-1]]
-"""All known differences taken away."""
+ALIGNMENTS = levels()
+FULL = NAMES[-1]
+"""Name of the alignment with all known differences taken away."""
+ALIGNED = ALIGNMENTS[FULL]

@@ -50,22 +50,21 @@ class DrakeSimulation:
         graph_context = made.graph.GetMyMutableContextFromRoot(self._root)
         self._near = NearTaxels(made, graph_context, self._context)
 
-    def set_to(
-        self, joints: dict[int, float], object_pose: np.ndarray, references: np.ndarray
-    ) -> None:
-        """Bring all to rest at positions of the hand's joints (by id in MuJoCo) [rad or m].
+    def set_to(self, qpos: np.ndarray, object_pose: np.ndarray, references: np.ndarray) -> None:
+        """Bring all to rest.
 
         Args:
-            joints: positions.
+            qpos: coordinates of MuJoCo's model, of which the hand's joints are taken.
             object_pose: of the object in the world (7,).
             references: of the servos (n,) [rad or m].
         """
         made, plant = self.made, self.made.plant
-        plant.SetVelocities(self._context, np.zeros(plant.num_velocities()))
+        address = made.scene.model.jnt_qposadr
+        positions = plant.GetPositions(self._context)
         for number, joint in made.joints.items():
-            positions = plant.GetPositions(self._context)
-            positions[joint.position_start()] = joints[number]
-            plant.SetPositions(self._context, positions)
+            positions[joint.position_start()] = qpos[address[number]]
+        plant.SetPositions(self._context, positions)
+        plant.SetVelocities(self._context, np.zeros(plant.num_velocities()))
         pose = transform_of(object_pose[:3], object_pose[3:])
         plant.SetFreeBodyPose(self._context, made.obj, pose)
         self.references = np.array(references, dtype=float)

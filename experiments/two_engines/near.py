@@ -14,8 +14,8 @@ from experiments.two_engines.contact_laws import touchable
 from experiments.two_engines.translate import DrakeScene
 from sdh_sim.cell import Scene
 
-NEAR = 6e-3  # gap to the object below which a taxel takes part [m]
-MOVED = 3e-3  # motion of a taxel against the object after which gaps are looked at again [m]
+NEAR = 4e-3  # gap to the object below which a taxel takes part [m]
+MOVED = 2e-3  # motion of a taxel against the object after which gaps are looked at again [m]
 
 
 class NearTaxels:

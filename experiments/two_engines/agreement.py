@@ -1,0 +1,2 @@
+def both_labels(runs): return None
+def report(labels, console): pass
