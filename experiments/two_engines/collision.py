@@ -23,7 +23,13 @@ from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import RigidBody
 
 from experiments.two_engines.alignment import Alignment
-from experiments.two_engines.contact_laws import ContactLaw, hunt_crossley, law_of, touchable
+from experiments.two_engines.contact_laws import (
+    ContactLaw,
+    hunt_crossley,
+    law_of,
+    object_friction,
+    touchable,
+)
 from experiments.two_engines.shapes import shape_of, standing_points, transform_of
 from sdh_sim.cell import Scene
 
@@ -96,12 +102,14 @@ def add_surfaces(
                 continue
             part = Part(body, int(model.geom_contype[geom]), int(model.geom_conaffinity[geom]))
             hand.setdefault(part, []).append(made)
-    smooth = _material(ContactLaw(RIGID, 0.0, scene.obj.friction))
+    smooth = _material(ContactLaw(RIGID, 0.0, object_friction(scene)))
     own = [
         _register(plant, model, int(geom), obj, smooth)
         for geom in np.flatnonzero(touchable(model, scene.object_body))
     ]
     law = law_of(scene, scene.table, alignment)
+    if not alignment.points:  # Drake combines the table's friction with that of the shapes in hand
+        law = law._replace(friction=_partner(law.friction, object_friction(scene)))
     top = _register(plant, model, scene.table, table, _material(law, alignment))
     standing = own
     if alignment.points:
@@ -113,6 +121,11 @@ def add_surfaces(
             for k, point in enumerate(standing_points(model, scene.object_body, pose))
         ]
     return Surfaces(hand, geoms, own, standing, [top], idle, materials)
+
+
+def _partner(wanted: float, own: float) -> float:
+    """Coefficient that makes 2 a b / (a + b), with which Drake combines two, the wanted one."""
+    return wanted * own / (2.0 * own - wanted)
 
 
 def _material(law: ContactLaw, alignment: Alignment | None = None) -> ProximityProperties:

@@ -58,15 +58,21 @@ def law_at_rest(model: mujoco.MjModel, geom: int, other: int) -> ContactLaw:
 
 def law_of(scene: Scene, geom: int, alignment: Alignment) -> ContactLaw:
     """The contact of a geom of hand or table with the object, as far as it is to be aligned."""
-    model, friction = scene.model, scene.obj.friction
+    model = scene.model
     of_object = int(np.flatnonzero(touchable(model, scene.object_body))[0])
     law = law_at_rest(model, geom, of_object)
     if geom == scene.table:
         if not alignment.table:
-            law = law._replace(stiffness=HARD, friction=friction)
+            law = law._replace(stiffness=HARD, friction=object_friction(scene))
     elif scene.taxel[geom] < 0 and not alignment.hard:
         law = law._replace(stiffness=HARD)
     return law
+
+
+def object_friction(scene: Scene) -> float:
+    """Coefficient of the object's surface in the compiled model."""
+    own = np.flatnonzero(touchable(scene.model, scene.object_body))
+    return float(scene.model.geom_friction[own[0], 0])
 
 
 def touchable(model: mujoco.MjModel, body: int) -> np.ndarray:

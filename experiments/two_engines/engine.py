@@ -7,7 +7,7 @@ from pydrake.common.value import Value
 from pydrake.geometry import CollisionFilterDeclaration, GeometrySet
 from pydrake.math import RigidTransform
 from pydrake.multibody.math import SpatialForce
-from pydrake.multibody.plant import ContactResults, ExternallyAppliedSpatialForce
+from pydrake.multibody.plant import ExternallyAppliedSpatialForce, PointPairContactInfo
 from pydrake.systems.analysis import Simulator
 
 from experiments.two_engines.near import NearTaxels
@@ -75,10 +75,13 @@ class DrakeSimulation:
     def set_weight(self, size: float) -> None:
         """Let so many times the object's weight act on its centre of mass, downwards."""
         obj = self.made.scene.obj
+        self.set_force(np.array([0.0, 0.0, -size * obj.mass_kg * GRAVITY]), obj.com_m)
+
+    def set_force(self, force: np.ndarray, point: np.ndarray) -> None:
+        """Let a force (3,) [N] in the world act on a point of the object (3,) [m] in its frame."""
         applied = ExternallyAppliedSpatialForce()
         applied.body_index = self.made.obj.index()
-        applied.p_BoBq_B = np.asarray(obj.com_m, dtype=float)
-        force = np.array([0.0, 0.0, -size * obj.mass_kg * GRAVITY])
+        applied.p_BoBq_B = np.asarray(point, dtype=float)
         applied.F_Bq_W = SpatialForce(np.zeros(3), force)
         port = self.made.plant.get_applied_spatial_force_input_port()
         port.FixValue(self._context, Value([applied]))
@@ -159,15 +162,25 @@ class DrakeSimulation:
         found = self.made.plant.EvalBodySpatialVelocityInWorld(self._context, self.made.obj)
         return float(np.linalg.norm(found.translational())), float(np.linalg.norm(found.rotational()))
 
-    def contacts(self) -> ContactResults:
+    def contacts(self) -> list[PointPairContactInfo]:
         """Contacts of the last step."""
-        return self.made.plant.get_contact_results_output_port().Eval(self._context)
+        results = self.made.plant.get_contact_results_output_port().Eval(self._context)
+        count = results.num_point_pair_contacts()
+        return [results.point_pair_contact_info(k) for k in range(count)]
 
     def on_table(self) -> bool:
         """Whether the object touches the table."""
-        results, table = self.contacts(), self.made.table.index()
-        infos = map(results.point_pair_contact_info, range(results.num_point_pair_contacts()))
-        return any(table in (info.bodyA_index(), info.bodyB_index()) for info in infos)
+        table = self.made.table.index()
+        return any(table in (info.bodyA_index(), info.bodyB_index()) for info in self.contacts())
+
+    def hand_force(self) -> float:
+        """Sum of the normal forces between hand and object [N]."""
+        table, obj, total = self.made.table.index(), self.made.obj.index(), 0.0
+        for info in self.contacts():
+            bodies = info.bodyA_index(), info.bodyB_index()
+            if obj in bodies and table not in bodies:
+                total += abs(float(info.contact_force() @ info.point_pair().nhat_BA_W))
+        return total
 
     def without_table(self) -> None:
         """From now on the object passes through the table."""

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 NAME = "two_engines.csv"
+STRAIGHT = "straight"  # alignment of rows of MuJoCo itself with the hand lifted straight up
 COLUMNS = (
     "trial", "object", "alignment", "success", "failure", "displacement_mm", "rotation_deg",
     "q_sim", "q_sim_capped", "seconds",

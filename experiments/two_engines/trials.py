@@ -12,14 +12,13 @@ from experiments.two_engines.engine import DrakeSimulation
 from experiments.two_engines.outcomes import gravity_factor, lift
 from experiments.two_engines.start import Start, guessed_references, start_of
 from experiments.two_engines.straight import straight_lift
+from experiments.two_engines.table import STRAIGHT
 from experiments.two_engines.translate import translate
 from sdh_sim.errors import Diverged
 from sdh_sim.runs import Job
 from sdh_sim.trial import classify
 from sdh_sim.trial.outcome import Motion
 
-STRAIGHT = "straight"
-"""Name of the rows of MuJoCo itself with the hand lifted along a straight line."""
 
 class Task(NamedTuple):
     """What a worker does.
