@@ -29,6 +29,7 @@ class DrakeSimulation:
 
     Attributes:
         made: as given.
+        context: of the plant, with the state.
         tick_time: length of a control period [s].
         references: of the motors' servos (n,) [rad or m].
     """
@@ -41,14 +42,14 @@ class DrakeSimulation:
         self._step = step
         self._simulator = Simulator(made.diagram)
         self._root = self._simulator.get_mutable_context()
-        self._context = made.plant.GetMyMutableContextFromRoot(self._root)
+        self.context = made.plant.GetMyMutableContextFromRoot(self._root)
         self.references = np.zeros(len(made.scene.motors))
         self._rise = self._table = 0.0
         self._table_meets = True
         self.set_weight(1.0)
         self._command(self.references, 0.0, 0.0)
         graph_context = made.graph.GetMyMutableContextFromRoot(self._root)
-        self._near = NearTaxels(made, graph_context, self._context)
+        self._near = NearTaxels(made, graph_context, self.context)
 
     def set_to(self, qpos: np.ndarray, object_pose: np.ndarray, references: np.ndarray) -> None:
         """Bring all to rest.
@@ -60,13 +61,13 @@ class DrakeSimulation:
         """
         made, plant = self.made, self.made.plant
         address = made.scene.model.jnt_qposadr
-        positions = plant.GetPositions(self._context)
+        positions = plant.GetPositions(self.context)
         for number, joint in made.joints.items():
             positions[joint.position_start()] = qpos[address[number]]
-        plant.SetPositions(self._context, positions)
-        plant.SetVelocities(self._context, np.zeros(plant.num_velocities()))
+        plant.SetPositions(self.context, positions)
+        plant.SetVelocities(self.context, np.zeros(plant.num_velocities()))
         pose = transform_of(object_pose[:3], object_pose[3:])
-        plant.SetFreeBodyPose(self._context, made.obj, pose)
+        plant.SetFreeBodyPose(self.context, made.obj, pose)
         self.references = np.array(references, dtype=float)
         self._rise = self._table = 0.0
         self._command(self.references, 0.0, 0.0)
@@ -84,7 +85,7 @@ class DrakeSimulation:
         applied.p_BoBq_B = np.asarray(point, dtype=float)
         applied.F_Bq_W = SpatialForce(np.zeros(3), force)
         port = self.made.plant.get_applied_spatial_force_input_port()
-        port.FixValue(self._context, Value([applied]))
+        port.FixValue(self.context, Value([applied]))
 
     def _command(self, references: np.ndarray, rise: float, table: float) -> None:
         made, plant = self.made, self.made.plant
@@ -96,7 +97,7 @@ class DrakeSimulation:
             (made.table_carrier, np.array([table])),
         ):
             port = plant.get_desired_state_input_port(instance)
-            port.FixValue(self._context, np.concatenate((wanted, np.zeros(len(wanted)))))
+            port.FixValue(self.context, np.concatenate((wanted, np.zeros(len(wanted)))))
 
     def tick(
         self, references: np.ndarray | None = None, rise: float | None = None,
@@ -133,7 +134,7 @@ class DrakeSimulation:
             except RuntimeError as error:
                 raise Diverged from error
         self.references, self._rise, self._table = end[:-2], float(end[-2]), float(end[-1])
-        speed = self.made.plant.GetVelocities(self._context)
+        speed = self.made.plant.GetVelocities(self.context)
         if not speed.dot(speed) < MAX_SPEED**2:
             raise Diverged
 
@@ -141,30 +142,30 @@ class DrakeSimulation:
         """Pose of the object in the palm frame, x y z qw qx qy qz (7,)."""
         made = self.made
         found = made.plant.CalcRelativeTransform(
-            self._context, made.palm.body_frame(), made.obj.body_frame()
+            self.context, made.palm.body_frame(), made.obj.body_frame()
         )
         return pose_of(found)
 
     def motor_torques(self) -> np.ndarray:
         """Of the motors in the last step (n,) [N m or N]."""
         port = self.made.plant.get_net_actuation_output_port(self.made.hand)
-        return port.Eval(self._context)[: len(self.references)].copy()
+        return port.Eval(self.context)[: len(self.references)].copy()
 
     def motor_positions(self) -> np.ndarray:
         """Of the motors (n,) [rad or m]."""
         made = self.made
-        positions = made.plant.GetPositions(self._context)
+        positions = made.plant.GetPositions(self.context)
         driven = [int(made.scene.model.actuator_trnid[m, 0]) for m in made.scene.motors]
         return np.array([positions[made.joints[number].position_start()] for number in driven])
 
     def object_speed(self) -> tuple[float, float]:
         """Of the object's frame [m/s] and of its turn [rad/s]."""
-        found = self.made.plant.EvalBodySpatialVelocityInWorld(self._context, self.made.obj)
+        found = self.made.plant.EvalBodySpatialVelocityInWorld(self.context, self.made.obj)
         return float(np.linalg.norm(found.translational())), float(np.linalg.norm(found.rotational()))
 
     def contacts(self) -> list[PointPairContactInfo]:
         """Contacts of the last step."""
-        results = self.made.plant.get_contact_results_output_port().Eval(self._context)
+        results = self.made.plant.get_contact_results_output_port().Eval(self.context)
         count = results.num_point_pair_contacts()
         return [results.point_pair_contact_info(k) for k in range(count)]
 
@@ -192,11 +193,11 @@ class DrakeSimulation:
 
     def save(self) -> np.ndarray:
         """Positions and velocities, for ``restore``."""
-        return self.made.plant.GetPositionsAndVelocities(self._context)
+        return self.made.plant.GetPositionsAndVelocities(self.context)
 
     def restore(self, state: np.ndarray) -> None:
         """Go back to saved positions and velocities; the clock runs on."""
-        self.made.plant.SetPositionsAndVelocities(self._context, state)
+        self.made.plant.SetPositionsAndVelocities(self.context, state)
 
 
 def pose_of(transform: RigidTransform) -> np.ndarray:
