@@ -23,8 +23,9 @@ from rich.progress import track
 
 from experiments.command_line import Parser, at_least, fail
 from experiments.stored_runs import read_runs
-from experiments.two_engines.agreement import both_labels, report
+from experiments.two_engines.agreement import both_labels
 from experiments.two_engines.alignment import ALIGNMENTS, FULL
+from experiments.two_engines.report import report
 from experiments.two_engines.table import NAME, append, read
 from sdh_sim.errors import RecordError, RunError, SettingsError
 from sdh_sim.records import NO_TRUTH
@@ -32,7 +33,7 @@ from sdh_sim.run_options import default_workers
 from sdh_sim.thread_limits import limit_threads
 
 MISSING = (
-    "the second engine, Drake, is not installed: pip install -e \".[crosscheck]\" (Linux on x86-64 "
+    'the second engine, Drake, is not installed: pip install -e ".[crosscheck]" (Linux on x86-64 '
     "or macOS on arm64)"
 )
 

@@ -88,11 +88,14 @@ def main(argv: list[str] | None = None) -> None:
     if find_spec("pydrake") is None:
         fail('the second engine, Drake, is not installed: pip install -e ".[crosscheck]"')
     for row in friction.clamp_drop(short=True).rows:
-        print(f"MuJoCo: predicted {row.predicted:.4f}, found {row.simulated:.4f}, {row.deviation:+.2%}")
+        print(_line("MuJoCo", Drop(row.predicted, row.simulated)))
     for name, alignment in SOLVERS.items():
-        drop = drop_in_drake(1.6401, alignment)
-        off = drop.found / drop.predicted - 1.0
-        print(f"Drake, {name}: predicted {drop.predicted:.4f}, found {drop.found:.4f}, {off:+.2%}")
+        print(_line(f"Drake, {name}", drop_in_drake(1.6401, alignment)))
+
+
+def _line(engine: str, drop: Drop) -> str:
+    off = drop.found / drop.predicted - 1.0
+    return f"{engine}: predicted {drop.predicted:.4f}, found {drop.found:.4f}, {off:+.2%}"
 
 
 if __name__ == "__main__":

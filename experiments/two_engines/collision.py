@@ -150,9 +150,7 @@ def _register(
     return plant.RegisterCollisionGeometry(body, place, shape_of(model, geom), name, material)
 
 
-def set_filters(
-    graph: SceneGraph, source: SourceId, scene: Scene, surfaces: Surfaces
-) -> None:
+def set_filters(graph: SceneGraph, source: SourceId, scene: Scene, surfaces: Surfaces) -> None:
     """Let those pairs touch that touch in MuJoCo, of hand, object and table."""
     manager = graph.collision_filter_manager()
     for taxel in surfaces.idle:
@@ -183,8 +181,9 @@ def may_touch(model: mujoco.MjModel, first: Part, second: Part) -> bool:
     bodies = first.body, second.body
     if bodies[0] == bodies[1] or int(model.body_weldid[bodies[0]]) == model.body_weldid[bodies[1]]:
         return False
+    fixed_to = model.body_weldid
     for one, other in (bodies, bodies[::-1]):  # nor between a body and its parent
-        if model.body_weldid[model.body_parentid[model.body_weldid[one]]] == model.body_weldid[other]:
+        if fixed_to[model.body_parentid[fixed_to[one]]] == fixed_to[other]:
             return False
     low, high = sorted(bodies)
     return (low << 16) + high not in set(map(int, model.exclude_signature))

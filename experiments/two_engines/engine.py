@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 from pydrake.common.value import Value
 from pydrake.geometry import CollisionFilterDeclaration, GeometrySet
 from pydrake.math import RigidTransform
 from pydrake.multibody.math import SpatialForce
-from pydrake.multibody.plant import ExternallyAppliedSpatialForce, PointPairContactInfo
+from pydrake.multibody.plant import (
+    ContactResults,
+    ExternallyAppliedSpatialForce,
+    PointPairContactInfo,
+)
 from pydrake.systems.analysis import Simulator
 
 from experiments.two_engines.near import NearTaxels
@@ -149,7 +155,7 @@ class DrakeSimulation:
     def motor_torques(self) -> np.ndarray:
         """Of the motors in the last step (n,) [N m or N]."""
         port = self.made.plant.get_net_actuation_output_port(self.made.hand)
-        return port.Eval(self.context)[: len(self.references)].copy()
+        return np.array(port.Eval(self.context))[: len(self.references)]
 
     def motor_positions(self) -> np.ndarray:
         """Of the motors (n,) [rad or m]."""
@@ -161,11 +167,13 @@ class DrakeSimulation:
     def object_speed(self) -> tuple[float, float]:
         """Of the object's frame [m/s] and of its turn [rad/s]."""
         found = self.made.plant.EvalBodySpatialVelocityInWorld(self.context, self.made.obj)
-        return float(np.linalg.norm(found.translational())), float(np.linalg.norm(found.rotational()))
+        along, about = found.translational(), found.rotational()
+        return float(np.linalg.norm(along)), float(np.linalg.norm(about))
 
     def contacts(self) -> list[PointPairContactInfo]:
         """Contacts of the last step."""
-        results = self.made.plant.get_contact_results_output_port().Eval(self.context)
+        found = self.made.plant.get_contact_results_output_port().Eval(self.context)
+        results = cast(ContactResults, found)
         count = results.num_point_pair_contacts()
         return [results.point_pair_contact_info(k) for k in range(count)]
 

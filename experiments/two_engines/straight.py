@@ -42,7 +42,8 @@ def straight_lift(start: Start) -> Motion:
     data.qpos[scene.object_qpos : scene.object_qpos + 7] = start.obj
     data.ctrl[scene.motors] = start.references
     mujoco.mj_forward(scene.model, data)
-    return watch(simulation, simulation.object_in_hand(), _rising(simulation, base, start.lift_time))
+    references = _rising(simulation, base, start.lift_time)
+    return watch(simulation, simulation.object_in_hand(), references)
 
 
 def _rising(simulation: Simulation, base: np.ndarray, duration: float) -> Iterator[np.ndarray]:

@@ -9,11 +9,12 @@ from typing import Any
 
 NAME = "two_engines.csv"
 STRAIGHT = "straight"  # alignment of rows of MuJoCo itself with the hand lifted straight up
-COLUMNS = (
+COLUMNS: tuple[str, ...] = (
     "trial", "object", "alignment", "success", "failure", "displacement_mm", "rotation_deg",
     "q_sim", "q_sim_capped", "seconds",
 )  # fmt: skip
-_LOGICAL, _TEXT, _WHOLE = ("success", "q_sim_capped"), ("object", "alignment", "failure"), ("trial",)
+_LOGICAL, _WHOLE = ("success", "q_sim_capped"), ("trial",)
+_TEXT = ("object", "alignment", "failure")
 
 
 def append(path: Path, rows: Iterable[Mapping[str, Any]]) -> None:

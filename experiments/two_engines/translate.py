@@ -169,7 +169,7 @@ def _carrier(
     start = plant.AddFrame(
         FixedOffsetFrame(f"{name}_start", plant.world_frame(), RigidTransform(place), instance)
     )
-    joint = PrismaticJoint(f"{name}_rise", start, body.body_frame(), [0.0, 0.0, 1.0])
+    joint = PrismaticJoint(f"{name}_rise", start, body.body_frame(), np.array([0.0, 0.0, 1.0]))
     motor = plant.AddJointActuator(f"{name}_rise", plant.AddJoint(joint))
     stiffness = CARRIER_MASS * CARRIER_FREQUENCY**2
     damping = 2.0 * CARRIER_MASS * CARRIER_FREQUENCY
@@ -191,7 +191,8 @@ def _join(
         plant.WeldFrames(frame, added.body_frame())
         return {}
     number = int(model.body_jntadr[body])
-    kinds = {mujoco.mjtJoint.mjJNT_HINGE: RevoluteJoint, mujoco.mjtJoint.mjJNT_SLIDE: PrismaticJoint}
+    types = mujoco.mjtJoint
+    kinds = {types.mjJNT_HINGE: RevoluteJoint, types.mjJNT_SLIDE: PrismaticJoint}
     kind = kinds.get(int(model.jnt_type[number]))
     if kind is None or model.body_jntnum[body] > 1 or model.jnt_pos[number].any():
         raise SettingsError(

@@ -71,7 +71,12 @@ def test_loads_and_scores_are_compared_where_both_engines_have_them():
         {**row_of(k, success, 1.0, 2.0), "q_linf": q}
         for k, (success, q) in enumerate([(True, 2.0), (False, 0.5), (True, 1.5), (False, 1.2)])
     ]
-    others: list = [row_of(0, True, 1.0, 2.2), row_of(1, True, 1.0), row_of(2, True, 1.0, 1.8), None]
+    others: list = [
+        row_of(0, True, 1.0, 2.2),
+        row_of(1, True, 1.0),
+        row_of(2, True, 1.0, 1.8),
+        None,
+    ]
     labels = Labels(rows, {FULL: others})
     assert load_ratios(labels) == pytest.approx([1.1, 0.9])
     kinds = scored(labels)["q* L∞"]
@@ -85,7 +90,7 @@ def test_differences_are_aligned_one_after_the_other():
     assert ALIGNMENTS["none"] == Alignment()
     counts = [sum(getattr(a, name) for name in NAMES) for a in ALIGNMENTS.values()]
     assert counts == list(range(len(NAMES) + 1))
-    assert ALIGNED == Alignment(*[True] * len(NAMES))
+    assert Alignment(*[True] * len(NAMES)) == ALIGNED
 
 
 def test_without_the_second_engine_it_says_what_to_install(monkeypatch, capsys, tmp_path):
@@ -146,7 +151,7 @@ def test_a_trial_is_repeated_to_the_snapshot_of_its_row_and_no_other(acquired):
     assert np.abs(asked[saturated]) == pytest.approx(1.1 * limits[saturated])
     assert asked[~saturated] == pytest.approx(start.torques[~saturated])
     with pytest.raises(RunError, match="off the one of the table"):
-        start_of(job, {"object_pose_hand": pose + [0.001, 0, 0, 0, 0, 0, 0]})
+        start_of(job, {"object_pose_hand": np.array([pose[0] + 0.001, *pose[1:]])})
 
 
 def test_a_straight_lift_does_not_press_the_object_aside(acquired):
