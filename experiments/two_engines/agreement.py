@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+
 from experiments.score_table import verdict_scores
 from experiments.two_engines.alignment import FULL, NAMES
 from experiments.two_engines.table import NAME, STRAIGHT, read
