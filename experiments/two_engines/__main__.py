@@ -71,6 +71,7 @@ def _complete(run: Path, args: argparse.Namespace) -> None:
             chosen = {name: ALIGNMENTS[name] for name in wanted}
             ramp = (FULL,) if args.ramp else ()
             tasks.append(Task(stored.plan.job(row["trial"]), row, chosen, ramp))
+    tasks.sort(key=lambda task: task.job.index)  # what is stopped early has all objects
     tasks = tasks[: args.trials] if args.trials else tasks
     if not tasks:
         return
