@@ -1,6 +1,6 @@
 """Labels of a run against those of a second engine, Drake.
 
-    python -m experiments.two_engines RUN... [--alignments NAME ...] [--ramp] [--trials N]
+    python -m experiments.two_engines RUN... [--alignments NAME ...] [--ramp] [--picture STEM]
 
 Every trial of RUN with a snapshot is repeated up to it, the state is carried into Drake, and hand
 and object are lifted there; the same rule labels what happens. Rows are appended to
@@ -52,6 +52,10 @@ def main(argv: Sequence[str] | None = None) -> None:
     except (RecordError, RunError, SettingsError) as error:
         fail(str(error))
     report(labels, Console(width=120))
+    if args.picture is not None and FULL in labels.found:
+        from experiments.two_engines.picture import draw
+
+        print(f"figure: {draw(labels, args.picture)}")
 
 
 def _complete(run: Path, args: argparse.Namespace) -> None:
@@ -98,6 +102,7 @@ def _parser() -> argparse.ArgumentParser:
     )  # fmt: skip
     parser.add_argument("--ramp", action="store_true", help="the load ramp (q_sim) in Drake, too")
     parser.add_argument("--trials", type=int, default=0, help="new trials at most (default: all)")
+    parser.add_argument("--picture", type=Path, help="draw a figure of this name")
     parser.add_argument("--workers", type=int, default=0, help="processes (default: one per core)")
     return parser
 

@@ -76,7 +76,9 @@ def summary(rows: list[Mapping[str, Any]]) -> list[str]:
     columns = {
         "object elsewhere in the hand [mm]": [float(r["moved_mm"]) for r in rows],
         "object turned [deg]": [float(r["turned_deg"]) for r in rows],
-        "largest difference of a motor's position [rad]": [float(r["angles_off_rad"]) for r in rows],
+        "largest difference of a motor's position [rad]": [
+            float(r["angles_off_rad"]) for r in rows
+        ],
         "largest difference of a motor's torque [N m]": [float(r["torques_off_nm"]) for r in rows],
         "sum of normal forces, Drake over MuJoCo": ratios,
         "share of the taxels' force at the same taxels": [float(r["taxels_shared"]) for r in rows],
