@@ -32,10 +32,7 @@ from sdh_sim.records import NO_TRUTH
 from sdh_sim.run_options import default_workers
 from sdh_sim.thread_limits import limit_threads
 
-MISSING = (
-    'the second engine, Drake, is not installed: pip install -e ".[crosscheck]" (Linux on x86-64 '
-    "or macOS on arm64)"
-)
+MISSING = 'the second engine, Drake, is not installed: pip install -e ".[crosscheck]"'
 
 
 def main(argv: Sequence[str] | None = None) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from experiments.two_engines.agreement import Labels, scored
 from experiments.two_engines.alignment import FULL
+from experiments.two_engines.table import STRAIGHT
 from sdh_sim.report.figure_style import save, style
 from sdh_sim.trial.outcome import MAX_DISPLACEMENT_MM
 
@@ -26,12 +27,16 @@ def draw(labels: Labels, stem: Path) -> Path:
     ]
     moved = np.array([(a["displacement_mm"], b["displacement_mm"]) for a, b in pairs], dtype=float)
     moved = moved.clip(LEAST, MOST)
+    both = zip(labels.found.get(STRAIGHT, []), labels.found[FULL], strict=False)
+    motions = [(a["displacement_mm"], b["displacement_mm"]) for a, b in both if a and b]
+    straight = np.array(motions, dtype=float).reshape(-1, 2).clip(LEAST, MOST)
     same = np.array([a["success"] == b["success"] for a, b in pairs])
     with style():
         figure, (left, right) = plt.subplots(
             1, 2, figsize=(6.4, 3.2), layout="constrained", width_ratios=(1, 1.2)
         )
         left.loglog(*moved[same].T, "o", ms=3, alpha=0.5, label="same label")
+        left.loglog(*straight.T, ".", ms=3, color="C1", alpha=0.6, label="straight lift")
         left.loglog(*moved[~same].T, "x", ms=5, color="C3", label="another label")
         left.plot((LEAST, MOST), (LEAST, MOST), color="0.6", lw=0.8)
         for line in (left.axhline, left.axvline):

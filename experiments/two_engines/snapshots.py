@@ -2,9 +2,9 @@
 
     python -m experiments.two_engines.snapshots RUN [--trials 40]
 
-The approach is left out: both engines start with the open hand around the object. The fingers close,
-squeeze and rest under the trials' own finger control. Object, motors and taxels are then compared
-with the snapshot of the trial, grasp by grasp. Rows are appended to ``RUN/two_snapshots.csv``.
+The approach is left out: both engines start with the open hand around the object. The fingers
+close, squeeze and rest under the trials' own finger control. Object, motors and taxels are then
+compared with the snapshot of the trial, grasp by grasp. Rows go to ``RUN/two_snapshots.csv``.
 """
 
 from __future__ import annotations
