@@ -28,7 +28,7 @@ from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import run_trial
 
 SETTINGS = TrialSettings("box", arm="rigid")
-SEED = 7  # held, on pads and hard parts
+SEED = 4  # held, on pads and hard parts
 JOB = Job(trial=0, index=0, seed=SEED, settings=SETTINGS)
 
 
@@ -169,7 +169,7 @@ def test_a_held_grasp_is_held_in_drake_and_moves_as_far_as_with_a_straight_lift(
     assert [straight["alignment"], drake["alignment"]] == ["straight", FULL]
     assert straight["success"] == drake["success"] == row["success"]
     assert row["success"]
-    assert drake["displacement_mm"] == pytest.approx(straight["displacement_mm"], abs=1.0)
+    assert drake["displacement_mm"] == pytest.approx(straight["displacement_mm"], abs=0.5)
 
 
 def test_a_clamped_box_drops_where_coulombs_law_says():
