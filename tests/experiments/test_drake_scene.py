@@ -139,8 +139,9 @@ def test_the_same_pairs_may_touch(posed):
     assert len(surfaces.idle) == (made.scene.taxel >= 0).sum()
 
 
-def test_a_grasp_at_rest_bears_the_same_forces(row):
-    start = start_of(JOB, row)
+def test_a_grasp_at_rest_bears_the_same_forces():
+    row = run_trial(SETTINGS, 7).row
+    start = start_of(replace(JOB, seed=7), row)
     simulation = set_off(start, ALIGNED)
     for _ in range(10):
         simulation.tick()
