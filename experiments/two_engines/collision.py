@@ -1,5 +1,6 @@
 """What collides in Drake: shapes with their contact laws, and which pairs of them may touch."""
 
+# pyright: reportMissingImports=false
 from __future__ import annotations
 
 import itertools

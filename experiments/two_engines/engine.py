@@ -1,5 +1,6 @@
 """Drake stepped as the trials step MuJoCo: references in, motion of the object in the hand out."""
 
+# pyright: reportMissingImports=false
 from __future__ import annotations
 
 from typing import cast

@@ -3,6 +3,7 @@
 Every taxel has its geometry in Drake, without a role in contact until the object comes near.
 """
 
+# pyright: reportMissingImports=false
 from __future__ import annotations
 
 import mujoco

@@ -1,5 +1,6 @@
 """Collision shapes of a compiled MuJoCo model as shapes of Drake."""
 
+# pyright: reportMissingImports=false
 from __future__ import annotations
 
 import mujoco

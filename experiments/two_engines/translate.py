@@ -4,6 +4,7 @@ There is no second model file: bodies, joints, motors, shapes and contact laws a
 scene that the trials run in. The arm is left out, the palm moves along the world's z alone.
 """
 
+# pyright: reportMissingImports=false
 from __future__ import annotations
 
 from dataclasses import dataclass
