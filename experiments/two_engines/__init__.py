@@ -1,0 +1,1 @@
+"""Labels of the testbed against those of a second engine, Drake."""

@@ -1,0 +1,85 @@
+"""The trials' grasp in Drake: from the open hand around the object to the hand at rest."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from experiments.two_engines.engine import DrakeSimulation
+from experiments.two_engines.translate import translate
+from sdh_sim import poses
+from sdh_sim.cell import Scene
+from sdh_sim.grasping import MotionPlan, place
+from sdh_sim.grasping.acquire import (
+    CLOSE_TIME,
+    QUIET_TIME,
+    REST_SPEED,
+    REST_SPIN,
+    REST_TIME,
+    SQUEEZE_TIME,
+)
+from sdh_sim.grasping.finger_control import FingerControl
+
+
+def close_in_drake(scene: Scene, motion: MotionPlan) -> DrakeSimulation:
+    """Close, squeeze and rest, as ``sdh_sim.grasping.acquire`` does after the approach.
+
+    Args:
+        scene: of MuJoCo.
+        motion: the grasp; the hand starts where the approach ends.
+
+    Raises:
+        Diverged: Drake did.
+    """
+    data = mujoco.MjData(scene.model)
+    place(scene, data, motion.grasp, motion.approach[-1], motion.opening)
+    mujoco.mj_forward(scene.model, data)
+    palm, obj = (poses.body_pose(data, body) for body in (scene.palm, scene.object_body))
+    simulation = DrakeSimulation(translate(scene, palm, obj))
+    simulation.set_to(data.qpos, obj, data.ctrl[scene.motors])
+    fingers = FingerControl(
+        scene.hand,
+        motion.grasp.closing,
+        motion.opening,
+        scene.hand.torque_limits(scene.torque_limit),
+        scene.model.actuator_gainprm[scene.motors, 0],
+        scene.motor_damping(),
+    )
+    for _ in range(10):  # as the trials wait after the approach
+        simulation.tick()
+    tick = simulation.tick_time
+    for _ in range(round(max(CLOSE_TIME, 1.1 / fingers.closing.rate) / tick)):
+        simulation.tick(references=fingers.close(simulation.motor_torques(), tick))
+        if fingers.closed:
+            break
+    at_rest = 0.0
+    for _ in range(round(SQUEEZE_TIME / tick)):
+        simulation.tick(references=fingers.squeeze(simulation.motor_positions(), tick))
+        speed, spin = simulation.object_speed()
+        at_rest = at_rest + tick if speed < REST_SPEED and spin < REST_SPIN else 0.0
+        if at_rest > QUIET_TIME and fingers.settled:
+            break
+    for _ in range(round(REST_TIME / tick)):
+        simulation.tick()
+    return simulation
+
+
+def taxel_forces_in_drake(simulation: DrakeSimulation) -> np.ndarray:
+    """Normal force that every taxel feels, as ``cell.contacts.taxel_forces`` (taxels,) [N]."""
+    made, scene = simulation.made, simulation.made.scene
+    forces = np.zeros(scene.hand.tactile_size)
+    arrays = list(scene.hand.arrays.values())
+    for info in simulation.contacts():
+        pair = info.point_pair()
+        geoms = [made.surfaces.geom.get(found, -1) for found in (pair.id_A, pair.id_B)]
+        geom = next((g for g in geoms if g >= 0 and scene.taxel[g] >= 0), None)
+        if geom is None:
+            continue
+        body = info.bodyA_index() if geoms[0] == geom else info.bodyB_index()
+        place = made.plant.EvalBodyPoseInWorld(simulation.context, made.plant.get_body(body))
+        local = place.inverse().multiply(info.contact_point())
+        pad = int(np.searchsorted(scene.hand.pad_offsets, scene.taxel[geom], side="right")) - 1
+        taxels, shares = arrays[scene.hand.pad_kinds[pad]].shares(local[None])
+        normal = abs(float(info.contact_force() @ pair.nhat_BA_W))
+        np.add.at(forces, taxels[0] + scene.hand.pad_offsets[pad], normal * shares[0])
+    return forces
