@@ -24,7 +24,8 @@ def range_deviation(angles: ArrayLike, lower: ArrayLike, upper: ArrayLike) -> fl
 
     Args:
         angles: positions θ of the joints, shape (k,) [rad or m].
-        lower, upper: ends of their ranges, shape (k,) each, in the same units.
+        lower: lower ends of their ranges, shape (k,), in the same units.
+        upper: upper ends, shape (k,).
 
     Raises:
         GraspError: naming the argument whose shape or value is wrong, or an empty range.
