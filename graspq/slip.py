@@ -36,7 +36,7 @@ def slip_margin(hand: HandBound, tasks: ArrayLike, edges: int = 12) -> float:
       by that much at some contact;
     - -inf: no pushing forces at all do within the motors' limits; inf: the motors limit none.
 
-    A moment of a soft point takes its share: μ f_n - |f_t| - |m| μ g*/τ*.
+    A moment of a soft point takes its share: μ f_n - |f_t| - |m| μ ``g*/tau*``.
 
     So it is at least 0 exactly where ``hand_task_scaling`` with as many edges is at least 1. It
     sees whether the motors can exert such forces, not whether they do, and not by how much the
