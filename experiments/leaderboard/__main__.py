@@ -24,13 +24,8 @@ from experiments.leaderboard.learned import learned_entrants
 from experiments.leaderboard.moments import BEFORE, SETTLED, moments_of, of_settling, scores_at
 from experiments.stored_runs import tell
 from sdh_sim.analysis.leaderboard import Leaderboard, rank_all
-from sdh_sim.cli.field_comparison import (
-    entrants_of,
-    leaderboard_notes,
-    leaderboard_table,
-    outcomes_of,
-    trials_of,
-)
+from sdh_sim.cli.field_comparison import entrants_of, outcomes_of, trials_of
+from sdh_sim.cli.leaderboard_table import leaderboard_notes, leaderboard_table
 from sdh_sim.errors import RecordError, RunError, SettingsError
 from sdh_sim.metrics.field import ALL, chosen
 from sdh_sim.metrics.field_scores import metrics_of

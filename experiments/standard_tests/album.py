@@ -11,7 +11,9 @@ import numpy as np
 
 from experiments.standard_tests.result_lines import TITLES, Line
 from sdh_sim.cell import Scene
+from sdh_sim.errors import RenderError
 from sdh_sim.report.figure_style import save, style
+from sdh_sim.viewing.render import renderer_of
 
 SIZE = (420, 420)  # of a picture [pixels]
 MOST = 4  # pictures beside each other
@@ -37,9 +39,9 @@ class Album:
             return
         model, (width, height) = scene.model, SIZE
         try:
-            renderer = mujoco.Renderer(model, height, width)
-        except Exception as error:  # the backends raise errors of many types
-            self.lost = f"no headless OpenGL ({type(error).__name__}: {error})"
+            renderer = renderer_of(model, width, height)
+        except RenderError as error:
+            self.lost = str(error)
             return
         camera, options = mujoco.MjvCamera(), mujoco.MjvOption()
         options.geomgroup[:] = (1, 1, 1, 0, 0, 0)

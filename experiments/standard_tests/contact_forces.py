@@ -8,7 +8,8 @@ import mujoco
 import numpy as np
 from scipy.optimize import linprog
 
-from sdh_sim.cell import HAND_GEOM, Scene
+from sdh_sim.cell import Scene
+from sdh_sim.cell.contacts import forces_on_object
 from sdh_sim.robot import HAND, hand_kinematics
 
 EDGES = 12  # of the friction cones
@@ -40,31 +41,16 @@ class ContactForces:
 
 def contact_forces(scene: Scene, data: mujoco.MjData) -> ContactForces:
     """All contacts between the hand and the object that bear force."""
-    model, wrench = scene.model, np.zeros(6)
-    origin, turn = data.xpos[scene.palm], data.xmat[scene.palm].reshape(3, 3)
-    points, normals, forces, links, sensed = [], [], [], [], []
-    for k in range(data.ncon):
-        pair = data.contact.geom[k]
-        bodies = model.geom_bodyid[pair]
-        groups = scene.geom_group[pair]
-        if scene.object_body not in bodies or HAND_GEOM not in groups:
-            continue
-        if data.contact.efc_address[k] < 0:
-            continue
-        mujoco.mj_contactForce(model, data, k, wrench)
-        other = 0 if bodies[1] == scene.object_body else 1
-        sign = 1.0 if other == 0 else -1.0  # the frame's first axis points to the second geom
-        frame = data.contact.frame[k].reshape(3, 3)
-        points.append(turn.T @ (data.contact.pos[k] - origin))
-        normals.append(sign * turn.T @ frame[0])
-        forces.append(sign * turn.T @ frame.T @ wrench[:3])
-        links.append(model.body(int(bodies[other])).name.removeprefix(HAND))
-        sensed.append(scene.taxel[pair[other]] >= 0)
-    shape = (-1, 3)
+    model, found = scene.model, forces_on_object(scene, data)
+    turn = data.xmat[scene.palm].reshape(3, 3)
+    bodies = model.geom_bodyid[found.geoms]
     return ContactForces(
-        np.reshape(points, shape), np.reshape(normals, shape), np.reshape(forces, shape),
-        tuple(links), np.array(sensed, dtype=bool),
-    )  # fmt: skip
+        points=(found.points - data.xpos[scene.palm]) @ turn,
+        normals=found.normals @ turn,
+        forces=found.forces @ turn,
+        links=tuple(model.body(int(body)).name.removeprefix(HAND) for body in bodies),
+        sensed=scene.taxel[found.geoms] >= 0,
+    )
 
 
 def force_between_halves(found: ContactForces, centre: np.ndarray, across: np.ndarray) -> float:

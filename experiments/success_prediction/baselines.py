@@ -8,6 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from sdh_sim.records import TACTILE
+
+FEWEST = 20  # trials of either outcome to learn from, outside of each fold
 PENALTIES = (0.001, 0.01, 0.1, 1.0, 10.0)  # inverse strengths to choose from, inside each fold
 PAD_KINDS = ("tactile_distal", "tactile_proximal")
 
@@ -31,31 +34,55 @@ def _arrays(row: Mapping[str, Any], kinds: Sequence[str]) -> list[np.ndarray]:
     return [np.asarray(row[kind]) for kind in kinds if row.get(kind) is not None]
 
 
-def tactile_features(row: Mapping[str, Any]) -> list[float]:
-    """Of every pad its sum, its number of active taxels and where its pressure is centred."""
-    found: list[float] = []
-    for kind in PAD_KINDS:
-        array = row.get(kind)
-        for finger in range(3):
-            pad = np.zeros((1, 1)) if array is None else np.asarray(array[finger], dtype=float)
-            total = pad.sum()
-            centre = [0.0, 0.0]
-            if total > 0:
-                centre = [float(np.average(i, weights=pad)) for i in np.indices(pad.shape)]
-            found += [float(np.log1p(total)), float((pad > 0).sum()), *centre]
-    return found
+def tactile_features(rows: Sequence[Mapping[str, Any]]) -> np.ndarray:
+    """Of every pad its sum, its number of active taxels and where its pressure is centred.
+
+    Args:
+        rows: of trials of one hand, with its arrays ``tactile_…``; zeros stand for one that a row
+            lacks.
+
+    Returns:
+        (n, 4 times the number of pads).
+    """
+    names = sorted({name for row in rows for name in row if name.startswith(TACTILE)})
+    return np.hstack([_of_pads(rows, name) for name in names])
 
 
-def joint_features(row: Mapping[str, Any]) -> list[float]:
-    """Motor angles [rad] and torques [N m]."""
-    return _numbers(row, "joint_angles_rad", 7) + _numbers(row, "motor_torque_nm", 7)
+def _of_pads(rows: Sequence[Mapping[str, Any]], name: str) -> np.ndarray:
+    shape = next((np.shape(row[name]) for row in rows if row.get(name) is not None), (0, 1, 1))
+    found = []
+    for row in rows:
+        pads = np.zeros(shape) if row.get(name) is None else np.asarray(row[name], dtype=float)
+        found.append([value for pad in pads for value in _of_pad(pad)])
+    return np.array(found)
 
 
-def object_features(row: Mapping[str, Any]) -> list[float]:
+def _of_pad(pad: np.ndarray) -> list[float]:
+    total = float(pad.sum())
+    centre = [0.0] * pad.ndim
+    if total > 0:
+        centre = [float(np.average(i, weights=pad)) for i in np.indices(pad.shape)]
+    return [float(np.log1p(total)), float((pad > 0).sum()), *centre]
+
+
+def joint_features(rows: Sequence[Mapping[str, Any]]) -> np.ndarray:
+    """Motor angles [rad or m] and torques [N m or N] (n, 2 times the motors); zeros for none."""
+    columns = []
+    for name in ("joint_angles_rad", "motor_torque_nm"):
+        size = max((np.size(row[name]) for row in rows if row.get(name) is not None), default=0)
+        columns.append(np.array([_numbers(row, name, size) for row in rows]))
+    return np.hstack(columns)
+
+
+def object_features(rows: Sequence[Mapping[str, Any]]) -> np.ndarray:
     """What the wrench-based metrics know as well: the object's pose in the hand, mass, friction.
 
     As they were perceived where errors of perception were asked for, as the metrics got them.
     """
+    return np.array([_of_object(row) for row in rows])
+
+
+def _of_object(row: Mapping[str, Any]) -> list[float]:
     pose = "object_pose_hand" if row.get("perceived_pose_hand") is None else "perceived_pose_hand"
     return [
         *_numbers(row, pose, 7),
@@ -79,6 +106,19 @@ def has_learning() -> bool:
     import importlib.util
 
     return importlib.util.find_spec("sklearn") is not None
+
+
+def can_learn(success: np.ndarray, fold: np.ndarray) -> bool:
+    """Whether there is more than one fold, and enough of both outcomes outside of each.
+
+    Args:
+        success: (n,) bool.
+        fold: (n,) fold of each grasp.
+    """
+    folds = np.unique(fold)
+    return len(folds) > 1 and all(
+        min(success[fold != k].sum(), (~success[fold != k]).sum()) >= FEWEST for k in folds
+    )
 
 
 def logistic_scores(features: np.ndarray, success: np.ndarray, fold: np.ndarray) -> np.ndarray:

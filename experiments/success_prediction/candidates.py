@@ -13,8 +13,6 @@ from experiments.success_prediction import baselines
 from experiments.success_prediction.metric_grid import Variant
 from experiments.success_prediction.metric_scores import Candidate, folds_and_outcomes
 
-FEWEST_TO_LEARN = 20  # trials of either outcome
-
 
 def wrench_candidates(values: Mapping[Variant, np.ndarray]) -> list[Candidate]:
     """The metrics as predictors."""
@@ -46,9 +44,13 @@ def plain_candidates(rows: Sequence[Mapping[str, Any]], table: pa.Table) -> list
     if not baselines.has_learning():
         print("without scikit-learn (the extra 'learn'): no logistic regression", file=sys.stderr)
         return found
-    tactile = np.array([baselines.tactile_features(row) for row in rows])
-    joints = np.array([baselines.joint_features(row) for row in rows])
-    known = np.array([baselines.object_features(row) for row in rows])
+    tactile, joints, known = (
+        of(rows)
+        for of in (
+            *(baselines.tactile_features, baselines.joint_features),
+            baselines.object_features,
+        )
+    )
     for text, features in (
         ("tactile", (tactile,)),
         ("tactile and joints", (tactile, joints)),
@@ -75,12 +77,8 @@ def _learn(features: np.ndarray, table: pa.Table, unseen: bool) -> np.ndarray | 
     if unseen:
         names = table.column("object").to_pylist()
         fold = np.unique(names, return_inverse=True)[1]
-        if fold.max() == 0:
-            return None
-    for k in np.unique(fold[usable]):
-        train = usable & (fold != k)
-        if min(np.sum(success & train), np.sum(~success & train)) < FEWEST_TO_LEARN:
-            return None
+    if not baselines.can_learn(success[usable], fold[usable]):
+        return None
     scores = np.full(len(success), np.nan)
     scores[usable] = baselines.logistic_scores(features[usable], success[usable], fold[usable])
     return scores

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -170,8 +170,7 @@ def _rank(
     ]
     corrected = holm([None if b is None else b.p_value for b in behind])
     return tuple(
-        Standing(**{**vars(s), "behind": b, "holm_p": p})
-        for s, b, p in zip(found, behind, corrected, strict=True)
+        replace(s, behind=b, holm_p=p) for s, b, p in zip(found, behind, corrected, strict=True)
     )
 
 

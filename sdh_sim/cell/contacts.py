@@ -149,24 +149,44 @@ def hand_force(scene: Scene, data: mujoco.MjData) -> tuple[float, float]:
     return sensed, unsensed
 
 
-def forces_on_object(scene: Scene, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:
-    """Where the hand bears on the object, and with what force.
+class ObjectForces(NamedTuple):
+    """Contacts of the hand with the object that bear force, in the world.
 
-    Returns:
-        points (k, 3) [m] and forces on the object (k, 3) [N], in the world.
+    Attributes:
+        points: (k, 3) [m].
+        forces: on the object (k, 3) [N].
+        normals: into the object (k, 3).
+        geoms: of the hand (k,).
     """
-    points, forces = [], []
+
+    points: np.ndarray
+    forces: np.ndarray
+    normals: np.ndarray
+    geoms: np.ndarray
+
+
+def forces_on_object(scene: Scene, data: mujoco.MjData) -> ObjectForces:
+    """Where the hand bears on the object, and with what force."""
+    points, forces, normals, geoms = [], [], [], []
     wrench = np.empty(6)
     contact = data.contact
     bearing = touching(scene, data, OBJECT_GEOM, HAND_GEOM) & (contact.efc_address >= 0)
     for k in np.flatnonzero(bearing):
         mujoco.mj_contactForce(scene.model, data, int(k), wrench)
         # Rows of the contact frame are its axes; the force acts from geom 1 on geom 2.
-        force = contact.frame[k].reshape(3, 3).T @ wrench[:3]
+        frame = contact.frame[k].reshape(3, 3)
+        force = frame.T @ wrench[:3]
         points.append(contact.pos[k].copy())
         on_second = scene.geom_group[contact.geom[k, 1]] == OBJECT_GEOM
         forces.append(force if on_second else -force)
-    return np.array(points).reshape(-1, 3), np.array(forces).reshape(-1, 3)
+        normals.append(frame[0] if on_second else -frame[0])
+        geoms.append(contact.geom[k, 0 if on_second else 1])
+    return ObjectForces(
+        points=np.array(points).reshape(-1, 3),
+        forces=np.array(forces).reshape(-1, 3),
+        normals=np.array(normals).reshape(-1, 3),
+        geoms=np.array(geoms, dtype=np.int64),
+    )
 
 
 def contact_points(

@@ -97,7 +97,7 @@ def _ranked(
 
 
 def _print_board(board: Leaderboard, load: bool) -> None:
-    from sdh_sim.cli.field_comparison import leaderboard_notes, leaderboard_table
+    from sdh_sim.cli.leaderboard_table import leaderboard_notes, leaderboard_table
 
     output().print(leaderboard_table(board.standings[board.main], load))
     for line in leaderboard_notes(board):

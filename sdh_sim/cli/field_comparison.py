@@ -1,4 +1,4 @@
-"""Every metric evaluated anew on the stored grasps of runs, and ranked: ``compare --metrics``."""
+"""Metrics evaluated anew on the stored grasps of runs, and ranked: ``compare --metrics``."""
 
 from __future__ import annotations
 
@@ -10,13 +10,10 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-from rich.table import Table
 
-from sdh_sim.analysis.leaderboard import Entrant, Leaderboard, Outcomes, Standing, rank_all
-from sdh_sim.analysis.proportion import Proportion
+from sdh_sim.analysis.leaderboard import Entrant, Leaderboard, Outcomes, rank_all
 from sdh_sim.analysis.study import stratified_folds
 from sdh_sim.analysis.trial_tables import groups_of, surplus_of, without_truth
-from sdh_sim.cli.console import plain_table
 from sdh_sim.cli.worker_pool import run_all
 from sdh_sim.errors import RunError
 from sdh_sim.metrics import read_stored
@@ -33,8 +30,6 @@ from sdh_sim.metrics.field_scores import (
 from sdh_sim.runs import OpenedRun, open_runs
 from sdh_sim.sensing import PerceivedGrasp
 from sdh_sim.user_references import ObjectFolder, UserMetric
-
-DASH = "-"
 
 
 @dataclass(frozen=True)
@@ -224,56 +219,3 @@ def leaderboard(
     grasps = [None if job is None else grasp_in(job) for job in jobs_of(trials, (), ())]
     scores = [None if grasp is None else score_grasp(grasp, every) for grasp in grasps]
     return rank_all(entrants_of(every, scores), outcomes_of(trials, scores), trials.groups)
-
-
-def leaderboard_table(standings: Sequence[Standing], load: bool) -> Table:
-    """One line per metric, the best first.
-
-    Args:
-        standings: of one group of trials.
-        load: whether there were load tests.
-    """
-    heads = ["metric", "family", "AUC", "best %", "own %"]
-    heads += ["ρ q_sim"] if load else []
-    table = plain_table(*heads, "ρ motion", "µs", "p", text=(0, 1))
-    for s in standings:
-        cells = [s.entrant.label, s.entrant.family, _area(s)]
-        cells += [_share(s.best.accuracy) if s.best else DASH, _share(s.own)]
-        cells += [_number(s.rank_load)] if load else []
-        cells += [_number(s.rank_motion), _cost(s.entrant.cost_us)]
-        table.add_row(*cells, DASH if s.holm_p is None else f"{s.holm_p:.2g}")
-    return table
-
-
-def leaderboard_notes(board: Leaderboard) -> list[str]:
-    """What the reader of the table has to know."""
-    standings = board.standings[board.main]
-    lines = [
-        f"{standings[0].n} trials, every metric on all of them, from the snapshot before the lift. "
-        "AUC with its 95 % score interval; best: accuracy at the threshold chosen on other trials; "
-        "own: at the metric's own; ρ: rank correlation, above 0 is good; µs of processor time a "
-        "grasp, the median; p: DeLong's test against the best of the table, with Holm's correction."
-    ]
-    lines += [f"{s.entrant.label}: {s.remarks}." for s in standings if s.remarks]
-    if any(s.missing for s in standings):
-        lines.append("A grasp for which a metric has no value counts as its worst.")
-    return lines
-
-
-def _area(s: Standing) -> str:
-    if s.auc is None or s.auc_interval is None:
-        return DASH
-    low, high = s.auc_interval
-    return f"{s.auc:.3f} ({low:.2f}–{high:.2f})"
-
-
-def _share(share: Proportion) -> str:
-    return DASH if share.value is None else f"{100 * share.value:.0f}"
-
-
-def _number(value: float | None) -> str:
-    return DASH if value is None else f"{value:.2f}".replace("-", "−")
-
-
-def _cost(microseconds: float) -> str:
-    return DASH if math.isnan(microseconds) else f"{microseconds:,.0f}"

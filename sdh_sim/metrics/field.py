@@ -27,13 +27,10 @@ _KRUG = "Krug, Bekiroglu and Roa 2017"
 _UNSENSED = "contacts that no pad feels; what the object does when the table lets go"
 
 
-def _own(name: str) -> Callable[[PerceivedGrasp], float]:
-    return built_in.METRICS[name]
-
-
 def _scaling(name: str, label: str, bound: str, blind_to: str) -> FieldMetric:
     return FieldMetric(
-        name, label, "task", _own(name), "weights", _KRUG if bound else "this project's own",
+        name, label, "task", built_in.METRICS[name], "weights",
+        _KRUG if bound else "this project's own",
         f"{_HF}; {bound or 'bounds of the motors'}; the object's weight within the radius of its "
         "centre of mass.",
         blind_to, threshold=1.0, without_contact=0.0,
@@ -48,7 +45,8 @@ OWN: tuple[FieldMetric, ...] = (
     _scaling("q_whole_hand", "q* whole hand", "", "what the object does when the table lets go"),
     *(
         FieldMetric(
-            f"{kind}_{bound}", f"{sign} {text}", "wrench space", _own(f"{kind}_{bound}"), unit,
+            f"{kind}_{bound}", f"{sign} {text}", "wrench space",
+            built_in.METRICS[f"{kind}_{bound}"], unit,
             "Ferrari and Canny 1992; Miller and Allen 1999 (V)",
             f"{text} bound; {conventions}; 1 N beside 1 N m, moments about the centre of mass.",
             "the weight; shared motors; " + _UNSENSED, without_contact=0.0,

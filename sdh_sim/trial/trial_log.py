@@ -70,7 +70,7 @@ class LogWriter:
         self._next += 1.0 / RATE
         if self._poses is None:
             self._poses = CurrentPoses(scene.model)
-        points, forces = forces_on_object(scene, data)
+        bearing = forces_on_object(scene, data)
         now = self._poses.of(data)
         values = {
             "time": float(data.time),
@@ -81,8 +81,8 @@ class LogWriter:
             "tactile": taxel_forces(scene, data),
             "motor_torque": data.actuator_force[scene.motors].copy(),
             "object_height": float(now.xpos[scene.object_body, 2]),
-            "contact_points": points,
-            "contact_forces": forces,
+            "contact_points": bearing.points,
+            "contact_forces": bearing.forces,
         }
         for key, value in values.items():
             self._rows.setdefault(key, []).append(value)

@@ -47,7 +47,7 @@ def draw_frames(
     width, height = size
     model.vis.global_.offwidth = max(model.vis.global_.offwidth, width)
     model.vis.global_.offheight = max(model.vis.global_.offheight, height)
-    renderer = _renderer(model, width, height)
+    renderer = renderer_of(model, width, height)
     camera = mujoco.MjvCamera()
     camera.distance, camera.azimuth, camera.elevation = distance, azimuth, -18.0
     options = mujoco.MjvOption()
@@ -73,7 +73,8 @@ def check_can_draw() -> None:
         raise RenderError(f"nothing can be drawn: {reason}")
 
 
-def _renderer(model: mujoco.MjModel, width: int, height: int) -> mujoco.Renderer:
+def renderer_of(model: mujoco.MjModel, width: int, height: int) -> mujoco.Renderer:
+    """A renderer without a screen; raises RenderError where there can be none."""
     check_can_draw()
     try:
         return mujoco.Renderer(model, height, width)

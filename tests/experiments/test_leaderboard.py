@@ -11,12 +11,7 @@ import pytest
 
 import sdh_sim
 from experiments.leaderboard.__main__ import main as leaderboard
-from experiments.leaderboard.learned import (
-    FEWEST,
-    features_of,
-    learned_entrants,
-    tree_scores,
-)
+from experiments.leaderboard.learned import features_of, learned_entrants, tree_scores
 from experiments.success_prediction import baselines
 from sdh_sim.analysis.leaderboard import Outcomes
 from sdh_sim.cli.app import main
@@ -175,7 +170,7 @@ def test_the_experiment_refuses(run, tmp_path, capsys):
 def test_learned_predictors_have_not_seen_their_trial(real, monkeypatch):
     monkeypatch.setattr(baselines, "PENALTIES", (1.0,))  # choosing takes its time
     draw = np.random.default_rng(0)
-    count = 4 * FEWEST
+    count = 4 * baselines.FEWEST
     success = draw.random(count) < 0.5
     rows = [
         {**real, "motor_torque_nm": np.asarray(real["motor_torque_nm"]) * (1.0 + s)}

@@ -31,7 +31,7 @@ def test_a_run_that_was_stopped_goes_on_to_all_of_its_rows(run):
 
 
 def test_the_query_of_the_page_gives_the_numbers_of_the_comparison(run):
-    duckdb = pytest.importorskip("duckdb")
+    duckdb = pytest.importorskip("duckdb", reason="the query of the page is DuckDB's")
     out, _ = run
     page = (ROOT / "docs" / "scale.md").read_text(encoding="utf-8")
     query = page.partition("```sql\n")[2].partition("```")[0]

@@ -58,7 +58,7 @@ def test_the_hand_bears_the_weight_of_an_object_that_has_left_the_table():
     trial = Trial(ASKED, HELD)
     trial.acquire()
     trial.lift_off()
-    _, forces = forces_on_object(trial.scene, trial.simulation.data)
+    forces = forces_on_object(trial.scene, trial.simulation.data).forces
     weight = trial.scene.obj.mass_kg * GRAVITY
     assert forces.sum(axis=0) == pytest.approx([0.0, 0.0, weight], abs=0.01 * weight)
 

@@ -10,7 +10,7 @@ import pytest
 
 import graspq as gq
 from sdh_sim import poses
-from sdh_sim.cell import Simulation, build_scene
+from sdh_sim.cell import HAND_GEOM, Simulation, build_scene
 from sdh_sim.cell.contacts import forces_on_object
 from sdh_sim.errors import InfeasibleGrasp, SettingsError
 from sdh_sim.grasping import GraspPlan
@@ -58,12 +58,18 @@ def test_the_fixture_holds_the_object_while_the_hand_squeezes(grasped):
 def test_the_hand_s_forces_balance_at_the_snapshot(grasped):
     # Nothing else bears on the object and it has no weight: they add up to nothing.
     trial, _ = grasped
-    points, forces = forces_on_object(trial.scene, trial.simulation.data)
+    points, forces, normals, geoms = forces_on_object(trial.scene, trial.simulation.data)
     pressed = np.linalg.norm(forces, axis=1).sum()
     assert pressed > 10.0
     assert np.linalg.norm(forces.sum(axis=0)) < 0.01 * pressed
     arms = points - trial.simulation.data.xipos[trial.scene.object_body]
     assert np.linalg.norm(np.cross(arms, forces).sum(axis=0)) < 0.01 * pressed * 0.1
+    # Contacts push, and no more along the surface than friction lets them.
+    pushed = np.einsum("kj,kj->k", forces, normals)
+    assert (pushed > 0.0).all()
+    slid = np.linalg.norm(forces - pushed[:, None] * normals, axis=1)
+    assert (slid < 1.01 * trial.scene.obj.friction * pushed).all()
+    assert (trial.scene.geom_group[geoms] == HAND_GEOM).all()
     assert not trial.simulation.on_table()
 
 
