@@ -199,6 +199,17 @@ def test_plain_baselines_by_hand():
     assert unseen_contacts([{**row, "unsensed_contact": True}], "all") == [True]
 
 
+def test_baselines_know_the_object_as_the_metrics_do():
+    true = {"object_pose_hand": np.arange(7.0), "mass_kg": 0.5, "friction": 0.6}
+    seen = {**true, "perceived_pose_hand": 2.0 * np.arange(7.0)}
+    seen |= {"perceived_mass_kg": 0.4, "perceived_friction": 0.7}
+    known, perceived = baselines.object_features([true, seen])
+    assert known[:7].tolist() == list(range(7))
+    assert known[-2:].tolist() == [0.5, 0.6]
+    assert perceived[:7].tolist() == [2.0 * k for k in range(7)]
+    assert perceived[-2:].tolist() == [0.4, 0.7]
+
+
 def test_logistic_regression_learns_from_the_other_folds_alone():
     pytest.importorskip("sklearn", reason="the extra 'learn' is not installed")
     rng = np.random.default_rng(0)

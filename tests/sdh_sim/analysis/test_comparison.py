@@ -179,3 +179,16 @@ def test_infeasible_trials_are_counted_apart():
     assert (cells["unstable_excluded"], cells["infeasible_excluded"]) == ("1", "2")
     nothing_tried = compare_table(table([("box", "infeasible", None, None)] * 2))[0]
     assert (nothing_tried.n, nothing_tried.infeasible, nothing_tried.auc) == (0, 2, None)
+
+
+def test_a_trial_without_an_outcome_is_no_surplus():
+    # Tables of earlier versions flag both; the second is one that diverged, and counts as that.
+    rows = [
+        {"trial": k, "object": "box", "seed": k, "success": False, "failure": failure}
+        | {"q_linf": 1.0, "q_l1": 1.0, "surplus": surplus}
+        for k, (failure, surplus) in enumerate(
+            [("slipped", True), ("unstable_simulation", True), ("slipped", False)]
+        )
+    ]
+    first = compare_table(to_table(rows))[0]
+    assert (first.n, first.unstable) == (1, 1)

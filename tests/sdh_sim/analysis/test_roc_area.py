@@ -44,7 +44,7 @@ def test_interval_of_many_is_delongs():
 
 
 # Trials of either outcome; what is tested is that few of them get intervals wide enough.
-@pytest.mark.parametrize("sizes", [(6, 2), (3, 10), (10, 10), (60, 40)])
+@pytest.mark.parametrize("sizes", [(6, 2), (3, 10), (10, 10), (60, 3), (60, 40)])
 @pytest.mark.parametrize("shape", ["even", "good", "separated", "wide", "many zeros"])
 def test_coverage(sizes, shape):
     shift, spread = {
