@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from sdh_sim.errors import MeshError
 from sdh_sim.objects.touching_surfaces import edges_of, shells
@@ -177,6 +176,8 @@ def _merged(corners: np.ndarray, tolerance: float = 0.0) -> _Merged:
 
 def _weld(vertices: np.ndarray, tolerance: float) -> np.ndarray:
     """For each vertex (n,), the first of those that it becomes one with."""
+    from scipy.spatial import cKDTree  # a fifth of a second, which most processes do not need
+
     count = len(vertices)
     near = min(_NEIGHBOURS, count)
     distance, other = cKDTree(vertices).query(vertices, near, distance_upper_bound=tolerance)

@@ -9,14 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from sdh_sim.errors import MeshError
 from sdh_sim.objects.closed_surfaces import find_surfaces
 from sdh_sim.objects.convex_decomposition import decomposed
 from sdh_sim.user_files.mesh_limits import MAX_PARTS, MeshPiece
+
+if TYPE_CHECKING:
+    from scipy.spatial import ConvexHull
 
 HULL_RATIO = 1.05  # a hull of up to so many times the volume counts as the mesh itself
 
@@ -119,6 +122,11 @@ def _part(vertices: np.ndarray, faces: np.ndarray) -> Part:
 
 def _qhull(vertices: np.ndarray) -> ConvexHull:
     """The convex hull of points (n, 3); raises MeshError where they lie in a plane."""
+    from scipy.spatial import (  # a fifth of a second, which most processes do not need
+        ConvexHull,
+        QhullError,
+    )
+
     try:
         return ConvexHull(vertices)
     except (QhullError, ValueError) as error:

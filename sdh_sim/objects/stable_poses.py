@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 COPLANAR = 1e-3  # angle between triangles of one facet, at most [rad]
 LEVEL = 1e-5  # points so near to a facet's plane belong to it [m]
@@ -39,6 +38,11 @@ def stable_poses(points: np.ndarray, com: np.ndarray, down: np.ndarray) -> Itera
         com: its centre of mass (3,) [m].
         down: unit vector from which the tilt counts (3,).
     """
+    from scipy.spatial import (  # a fifth of a second, which most processes do not need
+        ConvexHull,
+        QhullError,
+    )
+
     try:
         hull = ConvexHull(points)
     except (QhullError, ValueError):
@@ -99,6 +103,8 @@ def margin_within(facet: np.ndarray, com: np.ndarray, down: np.ndarray) -> float
     first = np.cross(down, np.eye(3)[int(np.argmin(np.abs(down)))])
     first /= np.linalg.norm(first)
     plane = np.stack((first, np.cross(down, first)), axis=1)
+    from scipy.spatial import ConvexHull, QhullError
+
     try:
         border = ConvexHull(facet @ plane).equations
     except (QhullError, ValueError):

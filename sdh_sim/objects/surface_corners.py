@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from sdh_sim.objects.collision_shape import shapes_of
 
@@ -35,6 +34,8 @@ def corners_of(model: mujoco.MjModel) -> SurfaceCorners:
     Args:
         model: of one body.
     """
+    from scipy.spatial import ConvexHull  # a fifth of a second, which most processes do not need
+
     hulls = [ConvexHull(points) for _, points in shapes_of(model)]
     found = []
     for k, hull in enumerate(hulls):

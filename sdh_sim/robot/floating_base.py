@@ -11,7 +11,6 @@ import math
 
 import mujoco
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from sdh_sim.poses import rotation_of
 from sdh_sim.robot.arm import ARM, ARM_JOINTS
@@ -48,6 +47,10 @@ class FloatingBase(PalmMotion):
 
     def palm_pose(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """As ``PalmMotion`` says."""
+        from scipy.spatial.transform import (
+            Rotation,  # a fifth of a second, which most processes do not need
+        )
+
         q = np.asarray(q, dtype=float)
         rotation = Rotation.from_euler("ZYZ", q[_SLIDES:]).as_matrix()
         return q[:_SLIDES] + rotation @ self._offset, rotation @ self._turn
