@@ -13,26 +13,20 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from importlib.util import find_spec
-from multiprocessing import get_context
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import track
 
 from experiments.command_line import Parser, at_least, fail
 from experiments.stored_runs import read_runs
 from experiments.two_engines.agreement import both_labels
 from experiments.two_engines.alignment import ALIGNMENTS, FULL
+from experiments.two_engines.drake import need_drake
 from experiments.two_engines.report import report
-from experiments.two_engines.table import NAME, append, read
+from experiments.two_engines.table import LABELS
+from sdh_sim.cli.worker_pool import run_each
 from sdh_sim.errors import RecordError, RunError, SettingsError
 from sdh_sim.records import NO_TRUTH
-from sdh_sim.run_options import default_workers
-from sdh_sim.thread_limits import limit_threads
-
-MISSING = 'the second engine, Drake, is not installed: pip install -e ".[crosscheck]"'
 
 
 def main(argv: Sequence[str] | None = None) -> None:
@@ -40,8 +34,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser = _parser()
     args = parser.parse_args(argv)
     at_least(parser, args, trials=0, workers=0)
-    if find_spec("pydrake") is None:
-        fail(MISSING)
+    need_drake()
     try:
         for run in args.run:
             _complete(run, args)
@@ -59,8 +52,8 @@ def _complete(run: Path, args: argparse.Namespace) -> None:
     """Append the rows that the table beside a run lacks."""
     from experiments.two_engines.trials import Task, compare
 
-    stored, path = read_runs([run]), run / NAME
-    there = {(row["trial"], row["alignment"]): row for row in read(path)}
+    stored = read_runs([run])
+    there = {(row["trial"], row["alignment"]): row for row in LABELS.read(run)}
     tasks = []
     for row in [r for r in stored.rows if r["failure"] not in (*NO_TRUTH, "no_contact")]:
         wanted = [
@@ -74,20 +67,8 @@ def _complete(run: Path, args: argparse.Namespace) -> None:
             tasks.append(Task(stored.plan.job(row["trial"]), row, chosen, ramp))
     tasks.sort(key=lambda task: task.job.index)  # what is stopped early has all objects
     tasks = tasks[: args.trials] if args.trials else tasks
-    if not tasks:
-        return
-    workers = min(args.workers or default_workers(), len(tasks))
-    spawn = get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=spawn, initializer=limit_threads) as pool:
-        waiting = [pool.submit(compare, task) for task in tasks]
-        console = Console(stderr=True)
-        done = track(as_completed(waiting), str(run), total=len(waiting), console=console)
-        try:
-            for future in done:
-                append(path, future.result())
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+    for rows in run_each(compare, tasks, str(run), args.workers):
+        LABELS.append(run, rows)
 
 
 def _parser() -> argparse.ArgumentParser:

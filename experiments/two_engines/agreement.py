@@ -12,7 +12,7 @@ import numpy as np
 
 from experiments.score_table import verdict_scores
 from experiments.two_engines.alignment import FULL, NAMES
-from experiments.two_engines.table import NAME, STRAIGHT, read
+from experiments.two_engines.table import LABELS, STRAIGHT
 from sdh_sim.analysis.comparison import ALL_METRICS, Comparison, compare_scores, name_of
 from sdh_sim.analysis.proportion import Proportion
 from sdh_sim.errors import RunError
@@ -65,7 +65,7 @@ def both_labels(runs: Sequence[Path]) -> Labels:
     rows: list[dict[str, Any]] = []
     known: dict[tuple[int, str], dict[str, Any]] = {}
     for run in runs:
-        table = read(run / NAME)
+        table = LABELS.read(run)
         place = {}
         for row in _rows(run):
             place[row["trial"]] = len(rows)

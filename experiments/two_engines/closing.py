@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from experiments.two_engines.engine import DrakeSimulation
+from experiments.two_engines.engine import DrakeSimulation, pose_of
 from experiments.two_engines.translate import translate
 from sdh_sim import poses
 from sdh_sim.cell import Scene
@@ -19,6 +19,7 @@ from sdh_sim.grasping.acquire import (
     SQUEEZE_TIME,
 )
 from sdh_sim.grasping.finger_control import FingerControl
+from sdh_sim.sensing import TactileSensor, TactileSnapshot
 
 
 def close_in_drake(scene: Scene, motion: MotionPlan) -> DrakeSimulation:
@@ -83,3 +84,18 @@ def taxel_forces_in_drake(simulation: DrakeSimulation) -> np.ndarray:
         normal = abs(float(info.contact_force() @ pair.nhat_BA_W))
         np.add.at(forces, taxels[0] + scene.hand.pad_offsets[pad], normal * shares[0])
     return forces
+
+
+def snapshot_in_drake(simulation: DrakeSimulation) -> TactileSnapshot:
+    """What a hand of ideal arrays would sense now, as ``sensing.take_snapshot``."""
+    made = simulation.made
+    sensor = TactileSensor(None, np.random.default_rng(0), made.scene.hand)
+    sensor.frame(taxel_forces_in_drake(simulation))
+    palm = made.plant.EvalBodyPoseInWorld(simulation.context, made.palm)
+    return TactileSnapshot(
+        tactile=made.scene.hand.by_kind(sensor.read()),
+        joint_angles=simulation.motor_positions(),
+        motor_torques=simulation.motor_torques(),
+        object_pose_hand=simulation.object_in_hand(),
+        hand_pose_world=pose_of(palm),
+    )

@@ -46,6 +46,8 @@ def law_at_rest(model: mujoco.MjModel, geom: int, other: int) -> ContactLaw:
     else:  # stiffness and damping
         k, b = -first / largest**2, -second / largest
     a = sum(model.body_invweight0[model.geom_bodyid[g], 0] for g in (geom, other))
+    if not a:  # neither can move, so that they never bear on each other
+        return ContactLaw(HARD, 0.0, 0.0)
     friction = model.geom_friction[ruling, 0]
     if model.geom_priority[geom] == model.geom_priority[other]:
         friction = max(model.geom_friction[geom, 0], model.geom_friction[other, 0])

@@ -69,12 +69,13 @@ class DrakeSimulation:
         made, plant = self.made, self.made.plant
         address = made.scene.model.jnt_qposadr
         positions = plant.GetPositions(self.context)
-        for number, joint in made.joints.items():
+        for number, joint in (made.joints | (made.object_joints or {})).items():
             positions[joint.position_start()] = qpos[address[number]]
         plant.SetPositions(self.context, positions)
         plant.SetVelocities(self.context, np.zeros(plant.num_velocities()))
-        pose = transform_of(object_pose[:3], object_pose[3:])
-        plant.SetFreeBodyPose(self.context, made.obj, pose)
+        if made.object_joints is None:
+            pose = transform_of(object_pose[:3], object_pose[3:])
+            plant.SetFreeBodyPose(self.context, made.obj, pose)
         self.references = np.array(references, dtype=float)
         self._rise = self._table = 0.0
         self._command(self.references, 0.0, 0.0)
@@ -85,12 +86,20 @@ class DrakeSimulation:
         obj = self.made.scene.obj
         self.set_force(np.array([0.0, 0.0, -size * obj.mass_kg * GRAVITY]), obj.com_m)
 
-    def set_force(self, force: np.ndarray, point: np.ndarray) -> None:
-        """Let a force (3,) [N] in the world act on a point of the object (3,) [m] in its frame."""
+    def set_force(
+        self, force: np.ndarray, point: np.ndarray, torque: np.ndarray | None = None
+    ) -> None:
+        """Let a force act on the object, and nothing else.
+
+        Args:
+            force: in the world (3,) [N].
+            point: of the object, in its frame (3,) [m].
+            torque: beside it, in the world (3,) [N m]; None is none.
+        """
         applied = ExternallyAppliedSpatialForce()
         applied.body_index = self.made.obj.index()
         applied.p_BoBq_B = np.asarray(point, dtype=float)
-        applied.F_Bq_W = SpatialForce(np.zeros(3), force)
+        applied.F_Bq_W = SpatialForce(np.zeros(3) if torque is None else torque, force)
         port = self.made.plant.get_applied_spatial_force_input_port()
         port.FixValue(self.context, Value([applied]))
 

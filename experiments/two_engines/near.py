@@ -91,9 +91,11 @@ def put(made: DrakeScene, context: Context, data: mujoco.MjData) -> None:
     """
     scene, plant = made.scene, made.plant
     positions = plant.GetPositions(context)
-    for number, joint in made.joints.items():
+    for number, joint in (made.joints | (made.object_joints or {})).items():
         data.qpos[scene.model.jnt_qposadr[number]] = positions[joint.position_start()]
     mujoco.mj_kinematics(scene.model, data)
+    if made.object_joints is not None:
+        return
     found = plant.CalcRelativeTransform(context, made.palm.body_frame(), made.obj.body_frame())
     at = slice(scene.object_qpos, scene.object_qpos + 7)
     data.qpos[at] = in_world(scene, data, found.translation(), found.rotation().matrix())

@@ -58,6 +58,12 @@ def start_of(job: Job, row: Mapping[str, Any]) -> Start:
             f"trial {job.trial}: repeated, its snapshot is {off[0]:.3g} mm and {off[1]:.3g}° off "
             "the one of the table; run it again with the versions that are installed"
         )
+    return start_from(trial)
+
+
+def start_from(trial: Trial) -> Start:
+    """The state of a trial that has come to its snapshot."""
+    simulation, scene = trial.simulation, trial.scene
     data = simulation.data
     return Start(
         scene=scene,

@@ -7,14 +7,14 @@ A hand that slides upwards has nothing that turns.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import mujoco
 import numpy as np
 
 from experiments.two_engines.start import Start
-from sdh_sim.cell import Simulation, scene_of
+from sdh_sim.cell import Scene, Simulation, scene_of
 from sdh_sim.grasping.motion_plan import LIFT_HEIGHT
 from sdh_sim.poses import rotation_of
 from sdh_sim.robot.palm_motion import minimum_jerk
@@ -24,13 +24,17 @@ from sdh_sim.trial.outcome import Motion, watch
 UP = 2  # number of the base's joint along the world's z
 
 
-def straight_lift(start: Start) -> Motion:
+def straight_lift(start: Start, change: Callable[[Scene], Scene] = lambda scene: scene) -> Motion:
     """Lift and hold in MuJoCo from the snapshot, the hand on a base that slides upwards.
+
+    Args:
+        start: the snapshot.
+        change: makes another scene of the usual one, such as with another friction.
 
     Raises:
         Diverged: the simulation did.
     """
-    scene = scene_of(replace(start.scene.settings, arm="none"))
+    scene = change(scene_of(replace(start.scene.settings, arm="none")))
     simulation = Simulation(scene)
     data = simulation.data
     mujoco.mj_resetData(scene.model, data)

@@ -1,64 +1,84 @@
-"""The table beside the run's: one row per trial and alignment, written as they are found."""
+"""Tables beside a run, one row after the other as it is found; a stop spoils none of them."""
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-NAME = "two_engines.csv"
+from sdh_sim.errors import RecordError
+
 STRAIGHT = "straight"  # alignment of rows of MuJoCo itself with the hand lifted straight up
-COLUMNS: tuple[str, ...] = (
-    "trial", "object", "alignment", "success", "failure", "displacement_mm", "rotation_deg",
-    "q_sim", "q_sim_capped", "seconds",
-)  # fmt: skip
-_LOGICAL, _WHOLE = ("success", "q_sim_capped"), ("trial",)
-_TEXT = ("object", "alignment", "failure")
+_LOGICAL = {"True": True, "False": False}
 
 
-def append(path: Path, rows: Iterable[Mapping[str, Any]]) -> None:
-    """Add rows to the table, which is begun where there is none; a torn last line is ended."""
-    new = not path.exists() or path.stat().st_size == 0
-    torn = not new and not path.read_bytes().endswith(b"\n")
-    with path.open("a", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-        if new:
-            writer.writeheader()
-        if torn:
-            file.write("\n")
-        writer.writerows(rows)
+@dataclass(frozen=True)
+class RowTable:
+    """A CSV file in the folder of a run.
 
-
-def read(path: Path) -> list[dict[str, Any]]:
-    """Rows of the table, the last one where a trial and alignment has several.
-
-    Lines that were not written to their end are left out; no table is an empty one.
+    Attributes:
+        name: of the file.
+        columns: kinds of their values, by name.
+        key: columns that tell rows apart.
     """
+
+    name: str
+    columns: Mapping[str, type[str] | type[int] | type[float] | type[bool]]
+    key: Sequence[str]
+
+    def append(self, run: Path, rows: Iterable[Mapping[str, Any]]) -> None:
+        """Add rows; the file is begun where there is none, and a torn last line is taken off."""
+        path = run / self.name
+        whole = _whole_lines(path)
+        with path.open("ab") as file:
+            file.truncate(len(whole))
+        with path.open("a", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, list(self.columns), lineterminator="\n")
+            if not whole:
+                writer.writeheader()
+            writer.writerows(rows)
+
+    def read(self, run: Path) -> list[dict[str, Any]]:
+        """All rows, of those with the same key the last.
+
+        A line that was not written to its end is left out; no file is an empty table.
+
+        Raises:
+            RecordError: the file has other columns.
+        """
+        found: dict[tuple[Any, ...], dict[str, Any]] = {}
+        lines = csv.DictReader(_whole_lines(run / self.name).decode().splitlines())
+        if lines.fieldnames is not None and list(lines.fieldnames) != list(self.columns):
+            raise RecordError(
+                f"{run / self.name} has other columns than this version writes: move it away, and "
+                "it is made again"
+            )
+        for line in lines:
+            row = {
+                name: _LOGICAL[line[name]] if kind is bool else kind(line[name])
+                for name, kind in self.columns.items()
+            }
+            found[tuple(row[name] for name in self.key)] = row
+        return list(found.values())
+
+
+def _whole_lines(path: Path) -> bytes:
+    """What a file holds up to the end of its last whole line; nothing where there is none."""
     if not path.exists():
-        return []
-    found: dict[tuple[int, str], dict[str, Any]] = {}
-    with path.open(newline="", encoding="utf-8") as file:
-        for line in csv.DictReader(file):
-            row = _parsed(line)
-            if row is not None:
-                found[row["trial"], row["alignment"]] = row
-    return list(found.values())
+        return b""
+    text = path.read_bytes()
+    return text[: text.rfind(b"\n") + 1]
 
 
-def _parsed(line: Mapping[str, str | None]) -> dict[str, Any] | None:
-    row: dict[str, Any] = {}
-    try:
-        for name in COLUMNS:
-            text = line[name]
-            if text is None:
-                return None
-            if name in _LOGICAL:
-                row[name] = {"True": True, "False": False}[text]
-            elif name in _TEXT:
-                row[name] = text
-            else:
-                row[name] = int(text) if name in _WHOLE else float(text)
-    except (KeyError, ValueError):
-        return None
-    return row
+LABELS = RowTable(
+    "two_engines.csv",
+    {
+        "trial": int, "object": str, "alignment": str, "success": bool, "failure": str,
+        "displacement_mm": float, "rotation_deg": float, "q_sim": float, "q_sim_capped": bool,
+        "seconds": float,
+    },
+    ("trial", "alignment"),
+)  # fmt: skip
+"""One row per trial and alignment."""

@@ -16,6 +16,7 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.multibody.tree import (
     FixedOffsetFrame,
+    Frame,
     Joint,
     ModelInstanceIndex,
     PdControllerGains,
@@ -50,6 +51,8 @@ class DrakeScene:
             references of its motors: those of ``scene.motors`` first, in their order.
         palm, obj, table: bodies; the first two have the frames of MuJoCo's.
         joints: of the hand by their id in MuJoCo.
+        object_joints: of an object that slides or turns on some (of a rig) by their id; None where
+            it is free.
         surfaces: ids of what collides.
     """
 
@@ -65,6 +68,7 @@ class DrakeScene:
     obj: RigidBody
     table: RigidBody
     joints: dict[int, Joint]
+    object_joints: dict[int, Joint] | None
     surfaces: Surfaces
 
 
@@ -110,6 +114,7 @@ def translate(
             joints |= _join(plant, model, body, added, parent)
     _add_motors(plant, scene, joints)
     _couple(plant, model, joints)
+    object_joints = _guide(plant, model, scene.object_body, obj)
     for instance in (hand, others, *carriers):
         plant.set_gravity_enabled(instance, False)
     surfaces = add_surfaces(plant, scene, bodies, obj, table, object_pose, alignment)
@@ -119,7 +124,7 @@ def translate(
     set_filters(graph, source, scene, surfaces)
     return DrakeScene(
         scene, alignment, builder.Build(), plant, graph, hand, carriers[0], carriers[1],
-        bodies[scene.palm], obj, table, joints, surfaces,
+        bodies[scene.palm], obj, table, joints, object_joints, surfaces,
     )  # fmt: skip
 
 
@@ -192,13 +197,23 @@ def _join(
         plant.WeldFrames(frame, added.body_frame())
         return {}
     number = int(model.body_jntadr[body])
+    if model.body_jntnum[body] > 1:
+        raise SettingsError(
+            f"joint {model.joint(number).name!r}: the second engine takes one joint for a body"
+        )
+    return {number: _add_joint(plant, model, number, frame, added)}
+
+
+def _add_joint(
+    plant: MultibodyPlant, model: mujoco.MjModel, number: int, frame: Frame, added: RigidBody
+) -> Joint:
     types = mujoco.mjtJoint
     kinds = {types.mjJNT_HINGE: RevoluteJoint, types.mjJNT_SLIDE: PrismaticJoint}
     kind = kinds.get(int(model.jnt_type[number]))
-    if kind is None or model.body_jntnum[body] > 1 or model.jnt_pos[number].any():
+    if kind is None or model.jnt_pos[number].any():
         raise SettingsError(
-            f"joint {model.joint(number).name!r}: the second engine takes one joint for a body, a "
-            "hinge or a slide through the body's origin"
+            f"joint {model.joint(number).name!r}: the second engine takes a hinge or a slide "
+            "through the body's origin"
         )
     lower, upper = model.jnt_range[number] if model.jnt_limited[number] else (-np.inf, np.inf)
     damping = float(model.dof_damping[model.jnt_dofadr[number]])
@@ -206,7 +221,30 @@ def _join(
         model.joint(number).name, frame, added.body_frame(), model.jnt_axis[number],
         lower, upper, damping,
     )  # fmt: skip
-    return {number: plant.AddJoint(joint)}
+    return plant.AddJoint(joint)
+
+
+def _guide(
+    plant: MultibodyPlant, model: mujoco.MjModel, body: int, obj: RigidBody
+) -> dict[int, Joint] | None:
+    """Joints between the world and an object by their id, one after the other; a free one: None."""
+    count, first = int(model.body_jntnum[body]), int(model.body_jntadr[body])
+    if count == 1 and model.jnt_type[first] == mujoco.mjtJoint.mjJNT_FREE:
+        return None
+    place = transform_of(model.body_pos[body], model.body_quat[body])
+    frame: Frame = plant.AddFrame(FixedOffsetFrame("object_place", plant.world_frame(), place))
+    if not count:
+        plant.WeldFrames(frame, obj.body_frame())
+        return {}
+    joints = {}
+    for number in range(first, first + count):
+        carried = obj
+        if number < first + count - 1:
+            name = f"before_{model.joint(number + 1).name}"
+            carried = plant.AddRigidBody(name, obj.model_instance(), SpatialInertia.Zero())
+        joints[number] = _add_joint(plant, model, number, frame, carried)
+        frame = carried.body_frame()
+    return joints
 
 
 def _add_motors(plant: MultibodyPlant, scene: Scene, joints: dict[int, Joint]) -> None:

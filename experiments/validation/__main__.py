@@ -21,7 +21,16 @@ from pathlib import Path
 from rich.table import Table
 
 from experiments.command_line import Parser
-from experiments.validation import carrying, forces, friction, jaw, motion, pads, sensor
+from experiments.validation import (
+    carrying,
+    forces,
+    friction,
+    jaw,
+    motion,
+    pads,
+    sensor,
+    turning,
+)
 from experiments.validation.result_rows import Result, Row
 from experiments.validation.rigs import HONEST, Spoil, timestep_in_use
 from sdh_sim.campaign.paper_preset import FAST_SETTINGS
@@ -33,6 +42,8 @@ CHECKS: dict[str, tuple[str, Check]] = {
     "pad_onset": ("Friction onset on a pad: F = μ N", friction.pad_onset),
     "clamp_drop": ("Drop of a clamped box: μ = m g / ΣN", friction.clamp_drop),
     "torsion_onset": ("Torsional slip of a patch: τ* of equation 7", friction.torsion_onset),
+    "torsion_overload": ("Spin of an overloaded patch: (τ - τ*) / (μ² c Σ (l - l̄)²)",
+                         friction.torsion_overload),
     "friction_creep": ("Creep of regularised friction: F (1 - d) A / (impratio b)",
                        friction.friction_creep),
     "single_finger": ("One pad: f = J⁻ᵀ τ̄", forces.single_finger),
@@ -50,6 +61,7 @@ CHECKS: dict[str, tuple[str, Check]] = {
     "jaw_torsion": ("Parallel jaw: torsional slip of a flat patch, equation 7", jaw.jaw_torsion),
     "jaw_creep": ("Parallel jaw: creep of regularised friction", jaw.jaw_creep),
     "jaw_step": ("Parallel jaw: independence of the time step", jaw.jaw_step),
+    "turning_base": ("Slip in a hand whose base turns: ω² r / b", turning.turning_base),
     "carry": ("Independence of the time step while the arm moves", carrying.carry),
 }  # fmt: skip
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import mujoco
 import numpy as np
 
-from experiments.validation.friction import clamp
+from experiments.validation.friction import CLAMP_ANGLES, CLAMP_PUSH, clamp_rig
 from experiments.validation.result_rows import Result, Row
-from experiments.validation.rig_readings import imprint, squeezed, torques_of, touches
+from experiments.validation.rig_engine import MUJOCO, RigAtRest, RigEngine
+from experiments.validation.rig_readings import torques_of
 from experiments.validation.rigs import HONEST, Shape, Spoil, gripper, pad_frame
 from experiments.validation.rigs import settings_for as rig_settings
-from sdh_sim.cell import Scene
 from sdh_sim.robot import built_in_hand, hand_kinematics
 from sdh_sim.robot import sdh2_constants as c
 
@@ -33,7 +32,7 @@ PRESSES = (
 )
 
 
-def single_finger(short: bool = False, spoil: Spoil = HONEST) -> Result:
+def single_finger(short: bool = False, spoil: Spoil = HONEST, engine: RigEngine = MUJOCO) -> Result:
     """Both motors of the thumb at their limits, one pad on a fixed bar: f = J⁻ᵀ τ̄.
 
     The limits are chosen so that the wanted force balances them at the wanted place; the
@@ -51,10 +50,10 @@ def single_finger(short: bool = False, spoil: Spoil = HONEST) -> Result:
         wanted = (open_hand.jacobian("thumb_distal", place.position).T @ pull)[JOINTS]
         limit = (float(wanted[0]), float(wanted[1]))
         scene = gripper(place, [BAR], False, rig_settings(torque_limit=limit), 0.8, spoil)
-        data = squeezed(scene, angles, THUMB_PUSH)
-        touch, mark = touches(scene, data), imprint(scene, data, "thumb_distal")
+        rest = engine.squeezed(scene, angles, THUMB_PUSH)
+        touch, mark = rest.touches(), rest.imprint("thumb_distal")
         # The force that the limits allow at the centre of pressure, in the finger's plane.
-        hand = hand_kinematics().at(data.qpos[scene.motor_qpos])
+        hand = hand_kinematics().at(rest.angles)
         at, turn = hand.link("thumb_distal")
         normal = turn @ mark.normal
         along = np.cross(normal, turn @ [0.0, 1.0, 0.0])
@@ -67,7 +66,8 @@ def single_finger(short: bool = False, spoil: Spoil = HONEST) -> Result:
             float(predicted @ normal), float(total @ normal), 0.03,
             "centre of pressure to a quarter of a pitch (0.85 mm) on a lever of 28 mm or more",
         ))  # fmt: skip
-        worst = max(worst, float(np.abs(torques_of(scene, data, touch)[JOINTS] / wanted - 1).max()))
+        held = torques_of(scene, rest.angles, touch)[JOINTS]
+        worst = max(worst, float(np.abs(held / wanted - 1.0).max()))
         pressed_at = at + turn @ mark.point
         joints = [hand.link(f"thumb_{kind}")[0][[0, 2]] for kind in ("proximal", "distal")]
         tip = (at + turn @ [0.0, 0.0, c.DISTAL_LENGTH])[[0, 2]]
@@ -84,7 +84,7 @@ def _residual(quantity: str, value: float) -> Row:
     return Row(quantity, "of τ̄", 0.0, value, RESIDUAL, reason, scale=1.0)
 
 
-def two_pads(short: bool = False, spoil: Spoil = HONEST) -> Result:
+def two_pads(short: bool = False, spoil: Spoil = HONEST, engine: RigEngine = MUJOCO) -> Result:
     """A straight thumb on two fixed bars, one under each pad: both forces from both limits.
 
     Without friction the two normal forces follow from the limits alone; with friction the sum
@@ -103,10 +103,10 @@ def two_pads(short: bool = False, spoil: Spoil = HONEST) -> Result:
             near_force * lever + far_force * (c.PROXIMAL_LENGTH + far_lever), far_force * far_lever,
         )  # fmt: skip
         scene = gripper(place, bars, False, rig_settings(torque_limit=limit), 0.0, spoil)
-        data = squeezed(scene, np.zeros(7), THUMB_PUSH)
-        marks = [imprint(scene, data, f"thumb_{kind}") for kind in ("proximal", "distal")]
+        rest = engine.squeezed(scene, np.zeros(7), THUMB_PUSH)
+        marks = [rest.imprint(f"thumb_{kind}") for kind in ("proximal", "distal")]
         columns = []
-        hand = hand_kinematics().at(data.qpos[scene.motor_qpos])
+        hand = hand_kinematics().at(rest.angles)
         for mark, kind in zip(marks, ("proximal", "distal"), strict=True):
             at, turn = hand.link(f"thumb_{kind}")
             jacobian = hand.jacobian(f"thumb_{kind}", at + turn @ mark.point)[:, JOINTS]
@@ -120,18 +120,18 @@ def two_pads(short: bool = False, spoil: Spoil = HONEST) -> Result:
             ))  # fmt: skip
             points.append((float(value), mark.total))
         scene = gripper(place, bars, False, rig_settings(torque_limit=limit), 0.63, spoil)
-        data = squeezed(scene, np.zeros(7), THUMB_PUSH)
-        share = torques_of(scene, data, touches(scene, data))[JOINTS] / limit
+        rest = engine.squeezed(scene, np.zeros(7), THUMB_PUSH)
+        share = torques_of(scene, rest.angles, rest.touches())[JOINTS] / limit
         worst = max(worst, float(np.abs(share - 1.0).max()))
     rows.append(_residual("Σ Jᵀf over both pads less τ̄, μ 0.63, worst joint", worst))
     return Result(tuple(rows), {"points": np.array(points)})
 
 
-def from_limits(scene: Scene, data: mujoco.MjData, torque: float) -> tuple[float, float]:
+def from_limits(rest: RigAtRest, torque: float) -> tuple[float, float]:
     """What two opposing fingers press with by their proximal limits, and what their taxels say.
 
     Args:
-        scene, data: a clamped box at rest.
+        rest: a clamped box.
         torque: limit of the proximal motors [N m].
 
     Returns:
@@ -139,8 +139,8 @@ def from_limits(scene: Scene, data: mujoco.MjData, torque: float) -> tuple[float
     """
     predicted = total = 0.0
     for finger in ("finger1", "finger2"):
-        mark = imprint(scene, data, f"{finger}_distal")
-        hand = hand_kinematics().at(data.qpos[scene.motor_qpos])
+        mark = rest.imprint(f"{finger}_distal")
+        hand = hand_kinematics().at(rest.angles)
         at, turn = hand.link(f"{finger}_distal")
         joint = MOTOR_NAMES.index(f"{finger}_proximal")
         jacobian = hand.jacobian(f"{finger}_distal", at + turn @ mark.point)
@@ -149,7 +149,7 @@ def from_limits(scene: Scene, data: mujoco.MjData, torque: float) -> tuple[float
     return predicted, total
 
 
-def tactile_total(short: bool = False, spoil: Spoil = HONEST) -> Result:
+def tactile_total(short: bool = False, spoil: Spoil = HONEST, engine: RigEngine = MUJOCO) -> Result:
     """Sum of all taxels of two opposing fingers against their proximal motors' limits.
 
     By symmetry the pads carry no force along the fingers, so each sums to τ̄ over the lever of
@@ -157,8 +157,8 @@ def tactile_total(short: bool = False, spoil: Spoil = HONEST) -> Result:
     """
     rows, points = [], []
     for torque in (1.6401,) if short else (0.5, 1.0, 1.6401, 2.1):
-        scene, data = clamp((torque, 1.0934), spoil)
-        predicted, total = from_limits(scene, data, torque)
+        rest = engine.squeezed(clamp_rig((torque, 1.0934), spoil), CLAMP_ANGLES, CLAMP_PUSH)
+        predicted, total = from_limits(rest, torque)
         rows.append(Row(
             f"sum of all taxels of two fingers, motors at {torque:.2f} N m", "N", predicted, total,
             0.01, "flat pads on flat faces: centre of pressure to 1 mm on a lever of 113 mm",

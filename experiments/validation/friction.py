@@ -16,6 +16,7 @@ import numpy as np
 from experiments.validation.result_rows import Result, Row, threshold
 from experiments.validation.rig_readings import (
     Imprint,
+    Touch,
     advance,
     copy,
     imprint,
@@ -116,9 +117,17 @@ def clamp(
     timestep: float | None = None, modulus: float = 1e6,
 ) -> tuple[Scene, mujoco.MjData]:  # fmt: skip
     """The box squeezed by two fingers, at rest without gravity."""
-    settings = settings_for(timestep, modulus, torque_limit)
-    scene = gripper(CLAMP_PLACE, [CLAMP_BOX], True, settings, friction, spoil)
+    scene = clamp_rig(torque_limit, spoil, friction, timestep, modulus)
     return scene, squeezed(scene, CLAMP_ANGLES, CLAMP_PUSH)
+
+
+def clamp_rig(
+    torque_limit: tuple[float, float], spoil: Spoil = HONEST, friction: float = 0.8,
+    timestep: float | None = None, modulus: float = 1e6,
+) -> Scene:  # fmt: skip
+    """A box between two fingers that do not press yet."""
+    settings = settings_for(timestep, modulus, torque_limit)
+    return gripper(CLAMP_PLACE, [CLAMP_BOX], True, settings, friction, spoil)
 
 
 def hung(
@@ -256,6 +265,47 @@ def torsion_onset(short: bool = False, spoil: Spoil = HONEST) -> Result:
             shares, speeds, spin.law * shares * seventh, spin.mark.forces, spin.found / seventh,
         )  # fmt: skip
     return Result(tuple(rows), curves)
+
+
+# Pressed with [N], friction, and times the moment that starts it spinning.
+OVERLOADS = ((10.0, FRICTION, 1.05), (10.0, FRICTION, 1.15), (20.0, FRICTION, 1.05),
+             (10.0, 0.3, 1.05))  # fmt: skip
+STEADY = 0.6  # until an overloaded patch spins evenly [s]
+
+
+def torsion_overload(short: bool = False, spoil: Spoil = HONEST) -> Result:
+    """How fast a flat patch spins under a moment beyond equation 7's τ*.
+
+    By Coulomb's law nothing but inertia would hold it back. In this contact model a contact that
+    slips at a speed v presses harder by μ c v, with c its damping b / ((1 - d) A) against
+    penetration: that keeps the tangential law a convex problem (regularised maximum dissipation
+    allows slip only along the cone's normal). With the sum of the normal forces given, contacts
+    far from the middle gain what those near it lose, so the moment grows with the spin ω by
+    μ² c ω Σ (l - l̄)², l being distances from the middle and l̄ their mean.
+    """
+    rows = []
+    for force, mu, share in OVERLOADS[:1] if short else OVERLOADS:
+        pad, at, shape, _ = SPUN["plate on the whole proximal pad"]
+        scene = bench(pad, *at, [shape], ["press", "twist"], settings_for(), mu, spoil)
+        rest = pressed(scene, force)
+        limit, resisted = spin_law(scene, touches(scene, rest), pad_frame(pad, *at), mu)
+        data = copy(scene, rest)
+        data.qfrc_applied[1] = share * limit
+        advance(scene, data, STEADY)
+        rows.append(Row(
+            f"plate pressed with {force:g} N, μ {mu:g}: spins under {share:g} τ* at", "mrad/s",
+            1e3 * (share - 1.0) * limit / resisted, 1e3 * float(data.qvel[1]), 0.01,
+            "an even spin is reached to 0.1 %; Coulomb's law knows none",
+        ))  # fmt: skip
+    return Result(tuple(rows))
+
+
+def spin_law(scene: Scene, touch: Touch, frame: Frame, mu: float) -> tuple[float, float]:
+    """Moment that starts a flat patch spinning [N m], and how it grows with the spin [N m s]."""
+    arms = np.linalg.norm(((touch.points - frame.position) @ frame.rotation)[:, 1:], axis=1)
+    damping = stickiness(scene, touch.links) / scene.model.opt.impratio
+    spread = float(damping @ (arms - arms.mean()) ** 2)
+    return mu * float(touch.normal @ arms), mu**2 * spread
 
 
 def friction_creep(short: bool = False, spoil: Spoil = HONEST) -> Result:

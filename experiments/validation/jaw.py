@@ -20,7 +20,8 @@ from experiments.validation.friction import (
     spinning,
 )
 from experiments.validation.result_rows import Result, Row
-from experiments.validation.rig_readings import imprint, squeezed, touches
+from experiments.validation.rig_engine import MUJOCO, RigEngine
+from experiments.validation.rig_readings import squeezed, touches
 from experiments.validation.rigs import (
     HONEST,
     Frame,
@@ -49,16 +50,24 @@ SETTLES = 3.0  # [s]; the rubber of a pad on a fixture moves at a rate of 6/s on
 
 def held(
     force: float, spoil: Spoil = HONEST, friction: float = 0.8, timestep: float | None = None,
-    free: bool = True, aside: float = 0.0, shape: Shape = BOX,
+    aside: float = 0.0,
 ) -> tuple[Scene, mujoco.MjData]:  # fmt: skip
     """A box between the pads at rest without gravity, ``aside`` off the middle [m]."""
-    place = Frame(BETWEEN.position + np.array([aside, 0.0, 0.0]), BETWEEN.rotation)
-    scene = gripper(place, [shape], free, settings_for(timestep), friction, spoil,
-                    hand=JAW, limit=(force,))  # fmt: skip
+    scene = jaw_rig(force, spoil, friction, timestep, aside=aside)
     return scene, squeezed(scene, START - abs(aside), PUSH, SETTLES)
 
 
-def jaw_force(short: bool = False, spoil: Spoil = HONEST) -> Result:
+def jaw_rig(
+    force: float, spoil: Spoil = HONEST, friction: float = 0.8, timestep: float | None = None,
+    free: bool = True, aside: float = 0.0, shape: Shape = BOX,
+) -> Scene:  # fmt: skip
+    """A box between jaws that do not press yet, ``aside`` off the middle [m]."""
+    place = Frame(BETWEEN.position + np.array([aside, 0.0, 0.0]), BETWEEN.rotation)
+    settings = settings_for(timestep)
+    return gripper(place, [shape], free, settings, friction, spoil, hand=JAW, limit=(force,))
+
+
+def jaw_force(short: bool = False, spoil: Spoil = HONEST, engine: RigEngine = MUJOCO) -> Result:
     """Force of each pad and sum of its array against the motor's force.
 
     Where an edge of the object lies on a pad and is pressed in deeply, spheres beside it bear on it
@@ -69,8 +78,9 @@ def jaw_force(short: bool = False, spoil: Spoil = HONEST) -> Result:
         for free, aside, shares in (
             (True, 0.0, (0.5, 0.5)), (True, 2e-3, (0.5, 0.5)), (False, 2e-3, (0.0, 1.0)),
         ):  # fmt: skip
-            scene, data = held(force, spoil, free=free, aside=aside)
-            touch = touches(scene, data)
+            scene = jaw_rig(force, spoil, free=free, aside=aside)
+            rest = engine.squeezed(scene, START - abs(aside), PUSH, SETTLES)
+            touch = rest.touches()
             where = f"{force:g} N, box {'free' if free else 'fixed'}, {1e3 * aside:g} mm aside"
             for pad, share, inward in zip(PADS, shares, (1.0, -1.0), strict=True):
                 link = pad.replace("pad", "jaw")
@@ -82,14 +92,15 @@ def jaw_force(short: bool = False, spoil: Spoil = HONEST) -> Result:
                 ))  # fmt: skip
                 rows.append(Row(
                     f"{where}: sum of the {pad}'s array", "N", share * force,
-                    imprint(scene, data, pad).total, 1e-3, "as above; all normals are the box's",
+                    rest.imprint(pad).total, 1e-3, "as above; all normals are the box's",
                     scale=force,
                 ))  # fmt: skip
     for force in () if short else (FORCE, 100.0):
-        scene, data = held(force, spoil, free=False, aside=2e-3, shape=STAMP)
+        scene = jaw_rig(force, spoil, free=False, aside=2e-3, shape=STAMP)
+        rest = engine.squeezed(scene, START - 2e-3, PUSH, SETTLES)
         rows.append(Row(
             f"{force:g} N, edges on the pad: sum of the right_pad's array", "N", force,
-            imprint(scene, data, PADS[1]).total, 0.05, "normals at an edge are slanted",
+            rest.imprint(PADS[1]).total, 0.05, "normals at an edge are slanted",
             judged=False,
         ))  # fmt: skip
     return Result(tuple(rows))

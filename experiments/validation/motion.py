@@ -155,9 +155,9 @@ def hold(name: str, seed: int, numerics: Numerics, spoil: Spoil = HONEST) -> Hel
     trial.acquire()
     data = trial.simulation.data
     motors = data.actuator_force[scene.motors].copy()
-    sums = torques_of(scene, data, touches(scene, data))
-    reach = scene.model.jnt_range[scene.model.dof_jntid[scene.motor_dof]]
     angles = data.qpos[scene.motor_qpos]
+    sums = torques_of(scene, angles, touches(scene, data))
+    reach = scene.model.jnt_range[scene.model.dof_jntid[scene.motor_dof]]
     # A joint against its stop is held by the stop too.
     free = (angles > reach[:, 0] + 1e-3) & (angles < reach[:, 1] - 1e-3)
     sensed, unsensed = trial.simulation.hand_force()

@@ -16,9 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.validation.forces import from_limits
-from experiments.validation.friction import PLATE, clamp
+from experiments.validation.friction import CLAMP_ANGLES, CLAMP_PUSH, PLATE, clamp_rig
 from experiments.validation.result_rows import Result, Row
-from experiments.validation.rig_readings import advance, imprint, pressed, sphere_forces
+from experiments.validation.rig_engine import MUJOCO, RigEngine
+from experiments.validation.rig_readings import advance, pressed
 from experiments.validation.rigs import (
     HONEST,
     TAXEL_RADIUS,
@@ -54,22 +55,22 @@ def counting_error(area: float, offsets: int) -> float:
     return 3.0 * 0.82 * math.sqrt(rho) / (math.pi * rho**2)
 
 
-def plate(short: bool = False, spoil: Spoil = HONEST) -> Result:
+def plate(short: bool = False, spoil: Spoil = HONEST, engine: RigEngine = MUJOCO) -> Result:
     """A plate over a whole proximal pad: sinks by F / (84 K), all taxels alike, nothing lost."""
     rows, points = [], []
     for force, modulus in ((10.0, 1e6),) if short else ((2.0, 1e6), (10.0, 1e6), (40.0, 5e6)):
         settings = settings_for(modulus=modulus)
         scene = bench(PAD, 6.5, 2.5, [PLATE], ["press"], settings, 0.5, spoil)
-        data = pressed(scene, force)
-        mark = imprint(scene, data, PAD)
+        rest = engine.pressed(scene, force)
+        mark = rest.imprint(PAD)
         depth = force / (84 * taxel_stiffness(settings, c.TAXEL_PITCH))
         rows += [
             Row(f"plate, {force:g} N, {modulus / 1e6:g} MPa: sinks by", "µm", 1e6 * depth,
-                -1e6 * float(data.qpos[0]), 0.005, "exact by construction; taxels alike"),
+                1e6 * rest.pressed_in, 0.005, "exact by construction; taxels alike"),
             Row(f"plate, {force:g} N, {modulus / 1e6:g} MPa: taxels sum to", "N", force,
                 mark.total, 0.001, "at rest; all normals are those of the plate"),
         ]  # fmt: skip
-        points.append((force, depth, -float(data.qpos[0])))
+        points.append((force, depth, rest.pressed_in))
     return Result(tuple(rows), {"points": np.array(points)})
 
 
@@ -105,7 +106,10 @@ def read_width(force: float, radius: float, modulus: float = 1e6) -> float:
     return math.sqrt(narrower**2 * own + c.TAXEL_PITCH**2 / 6.0)
 
 
-def _balls(radius: float, force: float, modulus: float, offsets: int, spoil: Spoil) -> Balls:
+def _balls(
+    radius: float, force: float, modulus: float, offsets: int, spoil: Spoil,
+    engine: RigEngine = MUJOCO,
+) -> Balls:  # fmt: skip
     """A ball pressed at several places within a taxel.
 
     The mean over places measures the area finer than one taxel; the peak is that of a ball right
@@ -118,9 +122,8 @@ def _balls(radius: float, force: float, modulus: float, offsets: int, spoil: Spo
     variances, off = [], 0.0
     for row, column in [*((6.5 + i, 2.5 + j) for i in places for j in places), (6.0, 2.0)]:
         scene = bench(PAD, row, column, [shape], ["press"], settings, 0.0, spoil)
-        data = pressed(scene, force)
-        forces = sphere_forces(scene, data, PAD)
-        read = imprint(scene, data, PAD).forces
+        rest = engine.pressed(scene, force)
+        forces, read = rest.sphere_forces(PAD), rest.imprint(PAD).forces
         for axis, place in ((1, row), (0, column)):
             line, at = read.sum(axis=axis) / read.sum(), np.arange(read.shape[1 - axis])
             off = max(off, c.TAXEL_PITCH * abs(line @ at - place))
@@ -138,12 +141,12 @@ def _balls(radius: float, force: float, modulus: float, offsets: int, spoil: Spo
     )  # fmt: skip
 
 
-def ball(short: bool = False, spoil: Spoil = HONEST) -> Result:
+def ball(short: bool = False, spoil: Spoil = HONEST, engine: RigEngine = MUJOCO) -> Result:
     """Patch area and peak pressure of a ball pressed into a flat pad."""
     rows, curves = [], []
     offsets = 2 if short else 4
     for radius, force in ((0.02, 10.0),) if short else ((0.02, 10.0), (0.02, 3.0), (0.05, 10.0)):
-        balls = _balls(radius, force, 1e6, offsets, spoil)
+        balls = _balls(radius, force, 1e6, offsets, spoil, engine)
         area, peak = balls.area, balls.peak
         name = f"ball, r {1e3 * radius:g} mm, {force:g} N"
         _, exact_area, exact_peak = bed(force, radius + TAXEL_RADIUS)
@@ -178,7 +181,10 @@ def modulus(short: bool = False, spoil: Spoil = HONEST) -> Result:
     offsets, radius, force = 2 if short else 4, 0.04, 10.0
     areas = [_balls(radius, force, e, offsets, spoil).area for e in moduli]
     torque = 1.6401
-    held = [from_limits(*clamp((torque, 1.0934), spoil, modulus=e), torque) for e in moduli]
+    held = []
+    for e in moduli:
+        scene = clamp_rig((torque, 1.0934), spoil, modulus=e)
+        held.append(from_limits(MUJOCO.squeezed(scene, CLAMP_ANGLES, CLAMP_PUSH), torque))
     exact = [bed(force, radius + TAXEL_RADIUS, e)[1] for e in (moduli[0], moduli[-1])]
     limit = math.hypot(*(counting_error(area, offsets) for area in exact))
     rows.append(Row(

@@ -10,7 +10,7 @@ import numpy as np
 import graspq as gq
 from sdh_sim.cell import Scene
 from sdh_sim.cell.contacts import taxel_forces
-from sdh_sim.robot import HAND, hand_kinematics
+from sdh_sim.robot import HAND, Hand, hand_kinematics
 
 TICK = 0.01  # [s] between two set points of the motors
 
@@ -54,16 +54,21 @@ def squeezed(
         pushing: motors that close until their torque limit stops them (n,) bool.
         seconds: time at the limit after a ramp of 0.5 s [s].
     """
-    model, data = scene.model, mujoco.MjData(scene.model)
+    data = mujoco.MjData(scene.model)
     scene.pose_hand(data, angles)
-    limits = model.actuator_forcerange[scene.motors, 1]
-    # Enough to saturate with the pad's yielding and the gap before it (0.05 rad or m) included.
-    reach = pushing * (1.25 * limits / model.actuator_gainprm[scene.motors, 0] + 0.05)
-    for share in np.linspace(0.0, 1.0, 50):
-        data.ctrl[scene.motors] = angles + share * reach
+    for references in squeezing(scene, angles, pushing):
+        data.ctrl[scene.motors] = references
         advance(scene, data, TICK)
     advance(scene, data, seconds)
     return data
+
+
+def squeezing(scene: Scene, angles: np.ndarray, pushing: np.ndarray) -> np.ndarray:
+    """References (ticks, n) that drive motors to their limits, one every ``TICK``."""
+    limits = scene.model.actuator_forcerange[scene.motors, 1]
+    # Enough to saturate with the pad's yielding and the gap before it (0.05 rad or m) included.
+    reach = pushing * (1.25 * limits / scene.model.actuator_gainprm[scene.motors, 0] + 0.05)
+    return angles + np.linspace(0.0, 1.0, 50)[:, None] * reach
 
 
 @dataclass(frozen=True)
@@ -115,9 +120,9 @@ def touches(scene: Scene, data: mujoco.MjData) -> Touch:
     )  # fmt: skip
 
 
-def torques_of(scene: Scene, data: mujoco.MjData, touch: Touch) -> np.ndarray:
-    """Motor torques that hold the contact forces at this posture, Σ Jᵀ f (n,) [N m or N]."""
-    hand = hand_kinematics(scene.hand).at(data.qpos[scene.motor_qpos])
+def torques_of(scene: Scene, angles: np.ndarray, touch: Touch) -> np.ndarray:
+    """Motor torques that hold contact forces at motor positions (n,), Σ Jᵀ f (n,) [N m or N]."""
+    hand = hand_kinematics(scene.hand).at(angles)
     torque = np.zeros(len(scene.motors))
     for point, force, link in zip(touch.points, touch.forces, touch.links, strict=True):
         torque += hand.jacobian(str(link), point).T @ force
@@ -163,10 +168,14 @@ def sphere_forces(scene: Scene, data: mujoco.MjData, pad: str) -> np.ndarray:
 
 def imprint(scene: Scene, data: mujoco.MjData, pad: str) -> Imprint:
     """Tactile array of a pad, centre and torsion arm found as for a prediction."""
-    hand = scene.hand
+    return imprint_of(scene.hand, taxel_forces(scene, data), pad)
+
+
+def imprint_of(hand: Hand, felt: np.ndarray, pad: str) -> Imprint:
+    """Tactile array of a pad from the normal forces on all taxels of a hand (taxels,) [N]."""
     index = hand.pad_names.index(pad)
     array = hand.pads[index].array
-    flat = taxel_forces(scene, data)[hand.pad_offsets[index] : hand.pad_offsets[index + 1]]
+    flat = felt[hand.pad_offsets[index] : hand.pad_offsets[index + 1]]
     forces = flat.reshape(array.shape)
     rows, columns = np.nonzero(forces > 0.0)
     if len(rows) == 0:

@@ -137,13 +137,16 @@ def gripper(
     place: Frame, shapes: Sequence[Shape], free: bool, settings: TrialSettings, friction: float,
     spoil: Spoil = HONEST, inertia: Sequence[float] = (1e-3, 1e-3, 1e-3),
     hand: Hand | None = None, limit: Sequence[float] | None = None,
+    radius: float | None = None,
 ) -> Scene:  # fmt: skip
     """The live hand and a test body, fixed in the world or free, at a place in the palm frame.
 
-    ``limit`` is that of the hand's groups of motors; None takes the one of the settings.
+    ``limit`` is that of the hand's groups of motors; None takes the one of the settings. With a
+    ``radius`` [m] the hand stands on a heavy turntable, whose joint ``turn`` about z is that far
+    from the hand's mount, along -x.
     """
     hand = hand or built_in_hand()
-    spec = _hand_spec(settings, hand)
+    spec = _hand_spec(settings, hand, radius)
     limits = spoil.torque * hand.torque_limits(settings.torque_limit if limit is None else limit)
     names = [HAND + name for name in hand.motor_names]
     give_drives(spec, names, limits, settings.drive, settings.gear_friction)
@@ -170,10 +173,17 @@ def settings_for(
     )  # fmt: skip
 
 
-def _hand_spec(settings: TrialSettings, hand: Hand) -> mujoco.MjSpec:
+def _hand_spec(settings: TrialSettings, hand: Hand, radius: float | None = None) -> mujoco.MjSpec:
     """Table and hand; the options are those of the workcell."""
     spec = mujoco.MjSpec.from_file(str(models_dir() / "cell" / "cell.xml"))
-    spec.attach(hand_spec(hand), prefix=HAND, frame=spec.worldbody.add_frame(pos=HAND_PLACE))
+    base, place = spec.worldbody, HAND_PLACE
+    if radius is not None:
+        place = np.array([radius, 0.0, 0.0])
+        base = spec.worldbody.add_body(name="turntable", pos=HAND_PLACE - place)
+        base.explicitinertial = True
+        base.mass, base.inertia, base.ipos = 1.0, (1e4, 1e4, 1e4), (0.0, 0.0, 0.0)
+        base.add_joint(name="turn", type=mujoco.mjtJoint.mjJNT_HINGE, axis=(0.0, 0.0, 1.0))
+    spec.attach(hand_spec(hand), prefix=HAND, frame=base.add_frame(pos=place))
     for body in spec.bodies:
         if body.name.startswith(HAND):
             body.gravcomp = 1.0

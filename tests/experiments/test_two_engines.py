@@ -7,17 +7,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from experiments.two_engines import __main__ as command
+from experiments.two_engines import closed_forms, drake, sensitivity, snapshots
 from experiments.two_engines.agreement import Labels, agree, kind_of, load_ratios, scored
 from experiments.two_engines.alignment import ALIGNED, ALIGNMENTS, FULL, NAMES, Alignment
 from experiments.two_engines.contact_laws import law_at_rest, law_of, touchable
 from experiments.two_engines.start import guessed_references, start_of
 from experiments.two_engines.straight import straight_lift
-from experiments.two_engines.table import append, read
+from experiments.two_engines.table import LABELS
 from sdh_sim.cell import scene_of
 from sdh_sim.cell.scene_builder import taxel_stiffness
-from sdh_sim.errors import RunError
+from sdh_sim.errors import RecordError, RunError
 from sdh_sim.runs import Job
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import Trial
@@ -35,18 +37,24 @@ def row_of(trial: int, success: bool, moved: float, load: float = math.nan, turn
 
 
 def test_rows_come_back_and_what_was_not_written_to_its_end_is_left_out(tmp_path: Path):
-    path = tmp_path / "two_engines.csv"
-    append(path, [row_of(0, True, 1.25), row_of(1, False, 12.5)])
-    with path.open("a", encoding="utf-8") as file:
-        file.write("2,box,dissip")
-    assert [row["trial"] for row in read(path)] == [0, 1]
-    append(path, [row_of(1, True, 9.0, load=1.1), row_of(3, True, 2.0)])
-    found = {row["trial"]: row for row in read(path)}
+    LABELS.append(tmp_path, [row_of(0, True, 1.25), row_of(1, False, 12.5)])
+    whole = (tmp_path / LABELS.name).read_text(encoding="utf-8")
+    # Torn in the last number, the line would still have all of its columns.
+    (tmp_path / LABELS.name).write_text(f"{whole}2{whole.splitlines()[1][1:]}", encoding="utf-8")
+    assert [row["trial"] for row in LABELS.read(tmp_path)] == [0, 1]
+    LABELS.append(tmp_path, [row_of(1, True, 9.0, load=1.1), row_of(3, True, 2.0)])
+    found = {row["trial"]: row for row in LABELS.read(tmp_path)}
     assert sorted(found) == [0, 1, 3]
     assert found[1]["success"] is True
     assert found[1]["q_sim"] == 1.1
     assert math.isnan(found[0]["q_sim"])
-    assert read(tmp_path / "none.csv") == []
+    assert LABELS.read(tmp_path / "elsewhere") == []
+
+
+def test_a_table_with_other_columns_is_refused(tmp_path: Path):
+    (tmp_path / LABELS.name).write_text("trial,object\n1,box\n", encoding="utf-8")
+    with pytest.raises(RecordError, match="move it away"):
+        LABELS.read(tmp_path)
 
 
 def test_agreement_counts_labels_and_compares_the_motion_of_what_both_hold():
@@ -94,11 +102,15 @@ def test_differences_are_aligned_one_after_the_other():
 
 
 def test_without_the_second_engine_it_says_what_to_install(monkeypatch, capsys, tmp_path):
-    monkeypatch.setattr(command, "find_spec", lambda name: None)
+    monkeypatch.setattr(drake, "find_spec", lambda name: None)
+    for module in (command, snapshots, sensitivity):
+        with pytest.raises(SystemExit) as end:
+            module.main([str(tmp_path)])
+        assert end.value.code == 2
+        assert "pip install" in capsys.readouterr().err
     with pytest.raises(SystemExit) as end:
-        command.main([str(tmp_path)])
+        closed_forms.main([])
     assert end.value.code == 2
-    assert "pip install" in capsys.readouterr().err
 
 
 def test_contacts_of_taxels_are_as_stiff_as_their_rubber():
@@ -162,3 +174,75 @@ def test_a_straight_lift_does_not_press_the_object_aside(acquired):
     assert not straight.fell
     assert not lifted.fell
     assert 1.0 < straight.displacement_mm < lifted.displacement_mm - 0.5
+
+
+def turned_by(*changes: tuple[str, str], mujoco: bool = True, other: bool = True):
+    """Rows of a grasp of which these changes, by engine, turn the label."""
+    usual = {"MuJoCo": mujoco, "Drake": other}
+    return [
+        {
+            "trial": 5, "object": "box", "engine": engine, "change": change,
+            "success": usual[engine] != ((engine, change) in changes),
+            "displacement_mm": 1.0, "rotation_deg": 1.0,
+        }
+        for engine in sensitivity.ENGINES
+        for change in sensitivity.CHANGES
+    ]  # fmt: skip
+
+
+def test_changes_that_turn_a_label_are_found_engine_by_engine():
+    rows = turned_by(("MuJoCo", "friction +3 %"), ("Drake", "damping / 2"), mujoco=False)
+    (grasp,) = sensitivity.grasps_of(rows)
+    assert not grasp.alike
+    everything = sensitivity.GROUPS["any of these"]
+    assert grasp.turned("MuJoCo", everything) == ["friction +3 %"]
+    assert grasp.turned("Drake", everything) == ["damping / 2"]
+    assert grasp.turned("MuJoCo", sensitivity.GROUPS["damping by 2"]) == []
+    assert sensitivity.grasps_of(rows[:-1]) == []  # incomplete
+
+
+def test_shares_of_turned_labels_are_counted_among_those_that_differ_and_agree(capsys):
+    grasps = [
+        *sensitivity.grasps_of(turned_by(("MuJoCo", "friction -3 %"), mujoco=False)),
+        *sensitivity.grasps_of(turned_by(("Drake", "friction -6 %"))),
+        *sensitivity.grasps_of(turned_by()),
+    ]
+    sensitivity.report(grasps, Console(width=140))
+    lines = capsys.readouterr().out.splitlines()
+    by_three = next(line for line in lines if "friction by 3 %" in line)
+    assert by_three.count("1 of 1: 100") == 1  # the one that differs
+    assert by_three.count("0 of 2: 0") == 3
+    by_six = next(line for line in lines if "friction by 6 %" in line)
+    assert by_six.count("1 of 2: 50") == 2  # Drake, and either
+
+
+def test_a_changed_scene_leaves_the_usual_one_as_it_is():
+    scene = scene_of(SETTINGS)
+    taxel = int(np.flatnonzero(scene.taxel >= 0)[0])
+    before = law_of(scene, taxel, ALIGNED)
+    other = sensitivity.changed(scene, sensitivity.Change(friction=0.94, damping=2.0))
+    after = law_of(other, taxel, ALIGNED)
+    assert after.friction == pytest.approx(0.94 * before.friction)
+    assert after.relaxation == pytest.approx(2.0 * before.relaxation)
+    assert after.stiffness == before.stiffness
+    assert law_of(scene, taxel, ALIGNED) == before
+
+
+def test_snapshots_are_summed_up_with_their_metrics_and_labels():
+    row = dict.fromkeys(snapshots.SNAPSHOTS.columns, 1.0) | {
+        "trial": 0, "object": "box", "force_mujoco_n": 40.0, "force_drake_n": 36.0,
+        "q_linf_mujoco": 1.2, "q_linf_drake": 0.9, "failure_mujoco": "none",
+        "failure_drake": "none",
+    }  # fmt: skip
+    lost = dict.fromkeys(snapshots.SNAPSHOTS.columns, math.nan) | {
+        "trial": 1, "object": "box", "failure_mujoco": "none", "failure_drake": "diverged",
+    }  # fmt: skip
+    lines = snapshots.summary([row, lost])
+    assert lines[0].startswith("2 grasps")
+    assert "sum of normal forces, Drake over MuJoCo: 0.9 (0.9 to 0.9)" in lines
+    assert any(line.startswith("q_linf, Drake over MuJoCo (1 positive") for line in lines)
+    assert any(line.startswith("q_linf on the same side of 1: 0.0 %") for line in lines)
+    assert any(
+        line.startswith("closed and lifted in Drake, the same label: 50.0 %") for line in lines
+    )
+    assert lines[-1] == "diverged in Drake: 1"
