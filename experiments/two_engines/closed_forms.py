@@ -1,6 +1,6 @@
 """Closed forms of ``experiments.validation`` in both engines: which one is nearer to mechanics?
 
-    python -m experiments.two_engines.closed_forms [--short] [--only NAME ...]
+    python -m experiments.two_engines.closed_forms [--short] [--only NAME ...] [--picture STEM]
 
 Each line is what mechanics predicts of a rig with the hand, its pads and its rubber, and how far
 either engine is off. Rigs, readings and predictions are those of the validation and the same for
@@ -10,6 +10,7 @@ both. Where something starts to slip, it is what moves by 0.1 mm within 0.3 s, i
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 from rich.console import Console
@@ -22,7 +23,14 @@ from experiments.two_engines.start import start_from
 from experiments.validation import forces, friction, jaw, pads
 from experiments.validation.motion import GRASPS
 from experiments.validation.result_rows import Row, threshold
-from experiments.validation.rig_engine import MUJOCO, WATCHED, MuJoCoRig, RigAtRest, RigEngine
+from experiments.validation.rig_engine import (
+    GROWTH,
+    MUJOCO,
+    WATCHED,
+    MuJoCoRig,
+    RigAtRest,
+    RigEngine,
+)
 from experiments.validation.rig_readings import torques_of
 from experiments.validation.rigs import (
     GRAVITY,
@@ -41,6 +49,8 @@ SOLVERS = {"lagged": ALIGNMENTS[NAMES[-2]], "sap": ALIGNED}
 NOTHING, WEIGHT = np.zeros(3), np.array([TEST_BODY_MASS * GRAVITY, 0.0, 0.0])
 PAD = "finger1_proximal"
 LIFTED = LIFT_TIME + HOLD_TIME  # of a trial [s]
+# Of τ*, in the picture; beyond, Coulomb's plate turns by more than half in the time.
+SHARES = np.array([0.92, 0.94, 0.96, 0.98, 1.02, 1.04, 1.06, 1.08, 1.1, 1.12])
 SETTLED_TICKS = 50  # of a grasp carried into the other engine
 
 
@@ -207,6 +217,8 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--short", action="store_true", help="the first line or two of each form")
     parser.add_argument("--only", nargs="+", choices=list(FORMS), metavar="NAME",
                         help=f"of: {', '.join(FORMS)}")  # fmt: skip
+    parser.add_argument("--picture", type=Path,
+                        help="draw how an overloaded patch spins, under this name")  # fmt: skip
     args = parser.parse_args(argv)
     need_drake()
     from experiments.two_engines.rigs_in_drake import Drake
@@ -234,6 +246,45 @@ def main(argv: Sequence[str] | None = None) -> None:
     console.print(table)
     for engine, passed in zip(engines, within, strict=True):
         console.print(f"{engine}: {passed} of {count} within what is allowed")
+    if args.picture is not None:
+        print(f"figure: {draw_spin(engines, args.picture)}")
+
+
+def draw_spin(engines: Mapping[str, RigEngine], stem: Path) -> Path:
+    """Draw the spin of a plate by the moment on it in every engine; the PNG is returned."""
+    import matplotlib.pyplot as plt
+
+    from sdh_sim.report.figure_style import save, style
+
+    scene = bench(PAD, *friction.MIDDLE, [friction.PLATE], ["press", "twist"],
+                  settings_for(), friction.FRICTION)  # fmt: skip
+    frame = pad_frame(PAD, *friction.MIDDLE)
+    with style():
+        figure, axes = plt.subplots(figsize=(4.4, 3.0), layout="constrained")
+        limit = resisted = 0.0
+        for k, (name, engine) in enumerate(engines.items()):
+            rest = engine.pressed(scene, friction.PRESS)
+            limit, resisted = friction.spin_law(scene, rest.touches(), frame, friction.FRICTION)
+            spins = [
+                rest.loaded(NOTHING, x * limit * frame.rotation[:, 0], friction.STEADY).turned
+                for x in SHARES
+            ]
+            axes.semilogy(
+                SHARES, 1e3 * np.array(spins) / WATCHED, "osD"[k], ms=(7, 3, 4)[k], label=name
+            )
+        over = np.linspace(1.002, SHARES[-1], 200)
+        law = 1e3 * (over - 1.0) * limit / resisted
+        axes.semilogy(over, law, color="0.5", lw=0.9, label="law of convex solvers")
+        inertia = float(scene.model.body_inertia[scene.object_body, 0])
+        time = GROWTH / 2 + friction.STEADY + WATCHED / 2
+        coulomb = 1e3 * (over - 1.0) * limit / inertia * time
+        axes.semilogy(over, coulomb, color="0.5", lw=0.9, ls="--", label="Coulomb's law, inertia")
+        axes.set_xlabel("moment over τ*")
+        axes.set_ylabel(f"spin after {time:.1f} s [mrad/s]")
+        axes.legend(frameon=False, loc="lower right")
+        _, png = save(figure, stem)
+        plt.close(figure)
+    return png
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """The scene rebuilt in Drake is the one of MuJoCo: masses, poses, shapes, limits, motors."""
 
+# pyright: reportMissingImports=false
 from __future__ import annotations
 
 import itertools
@@ -11,9 +12,13 @@ import pytest
 
 pytest.importorskip("pydrake", reason="the second engine, Drake, is not installed")
 
+from pydrake.geometry import CalcVolume
+from scipy.spatial import ConvexHull
+
 from experiments.two_engines import closed_forms, near, sensitivity, snapshots
 from experiments.two_engines.alignment import ALIGNED, ALIGNMENTS, FULL, Alignment
 from experiments.two_engines.collision import may_touch
+from experiments.two_engines.contact_laws import touchable
 from experiments.two_engines.engine import DrakeSimulation, pose_of
 from experiments.two_engines.outcomes import gravity_factor
 from experiments.two_engines.rigs_in_drake import Drake
@@ -121,6 +126,44 @@ def test_the_coupled_joint_follows_and_motors_stop_at_their_limit(posed):
     of = {joint.name(): positions[joint.position_start()] for joint in made.joints.values()}
     assert of["hand/spread_coupled"] == pytest.approx(of["hand/spread"], abs=1e-4)
     assert of["hand/spread"] > data.qpos[made.scene.model.joint("hand/spread").qposadr[0]] + 0.05
+
+
+def volume_of(model: mujoco.MjModel, geom: int) -> float:
+    """Of a geom's collision shape [m³], from MuJoCo's sizes."""
+    kinds, size = mujoco.mjtGeom, model.geom_size[geom]
+    match int(model.geom_type[geom]):
+        case kinds.mjGEOM_SPHERE:
+            return 4.0 / 3.0 * np.pi * size[0] ** 3
+        case kinds.mjGEOM_CYLINDER:
+            return np.pi * size[0] ** 2 * 2.0 * size[1]
+        case kinds.mjGEOM_BOX:
+            return 8.0 * float(np.prod(size))
+    mesh = model.geom_dataid[geom]
+    first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+    return float(ConvexHull(model.mesh_vert[first : first + count]).volume)
+
+
+@pytest.mark.parametrize("name", ["box", "spray_bottle"])
+def test_collision_shapes_have_mujocos_size_and_place(name):
+    scene = scene_of(replace(SETTINGS, object=name))
+    data = mujoco.MjData(scene.model)
+    mujoco.mj_forward(scene.model, data)
+    palm, obj = (poses.body_pose(data, b) for b in (scene.palm, scene.object_body))
+    made, model = translate(scene, palm, obj), scene.model
+    inspector = made.graph.model_inspector()
+    shapes = dict(made.surfaces.geom)
+    own = [int(g) for g in np.flatnonzero(touchable(model, scene.object_body))]
+    shapes |= dict(zip(made.surfaces.obj, own, strict=True))
+    for found, geom in shapes.items():
+        volume = volume_of(model, geom)
+        assert CalcVolume(inspector.GetShape(found)) == pytest.approx(volume, rel=1e-5)
+        place = pose_of(inspector.GetPoseInFrame(found))
+        real = np.concatenate((model.geom_pos[geom], model.geom_quat[geom]))
+        assert place[:3] == pytest.approx(real[:3], abs=1e-12)
+        assert poses.turn_between(place, real) < 1e-6
+    assert {int(model.geom_type[g]) for g in shapes.values()} >= {
+        mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER,
+    }  # fmt: skip
 
 
 def test_the_same_pairs_may_touch(posed):
