@@ -15,7 +15,7 @@ pytest.importorskip("pydrake", reason="the second engine, Drake, is not installe
 from pydrake.geometry import CalcVolume
 from scipy.spatial import ConvexHull
 
-from experiments.two_engines import closed_forms, near, sensitivity, snapshots
+from experiments.two_engines import closed_forms, label_margins, near, snapshots
 from experiments.two_engines.alignment import ALIGNED, ALIGNMENTS, FULL, Alignment
 from experiments.two_engines.collision import may_touch
 from experiments.two_engines.contact_laws import touchable
@@ -246,9 +246,9 @@ def test_a_whole_grasp_is_closed_rated_and_lifted(row):
 
 
 def test_every_change_is_lifted_in_both_engines(row, monkeypatch):
-    some = {name: sensitivity.CHANGES[name] for name in ("none", "friction -6 %")}
-    monkeypatch.setattr(sensitivity, "CHANGES", some)
-    (grasp,) = sensitivity.grasps_of(sensitivity.lifts((JOB, row)))
+    some = {name: label_margins.CHANGES[name] for name in ("none", "friction -6 %")}
+    monkeypatch.setattr(label_margins, "CHANGES", some)
+    (grasp,) = label_margins.grasps_of(label_margins.lifts((JOB, row)))
     assert grasp.alike
     assert len(grasp.labels) == 4
 

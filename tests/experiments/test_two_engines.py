@@ -10,7 +10,7 @@ import pytest
 from rich.console import Console
 
 from experiments.two_engines import __main__ as command
-from experiments.two_engines import closed_forms, drake, sensitivity, snapshots
+from experiments.two_engines import closed_forms, drake, label_margins, snapshots
 from experiments.two_engines.agreement import Labels, agree, kind_of, load_ratios, scored
 from experiments.two_engines.alignment import ALIGNED, ALIGNMENTS, FULL, NAMES, Alignment
 from experiments.two_engines.contact_laws import law_at_rest, law_of, touchable
@@ -103,7 +103,7 @@ def test_differences_are_aligned_one_after_the_other():
 
 def test_without_the_second_engine_it_says_what_to_install(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(drake, "find_spec", lambda name: None)
-    for module in (command, snapshots, sensitivity):
+    for module in (command, snapshots, label_margins):
         with pytest.raises(SystemExit) as end:
             module.main([str(tmp_path)])
         assert end.value.code == 2
@@ -185,29 +185,29 @@ def turned_by(*changes: tuple[str, str], mujoco: bool = True, other: bool = True
             "success": usual[engine] != ((engine, change) in changes),
             "displacement_mm": 1.0, "rotation_deg": 1.0,
         }
-        for engine in sensitivity.ENGINES
-        for change in sensitivity.CHANGES
+        for engine in label_margins.ENGINES
+        for change in label_margins.CHANGES
     ]  # fmt: skip
 
 
 def test_changes_that_turn_a_label_are_found_engine_by_engine():
     rows = turned_by(("MuJoCo", "friction +3 %"), ("Drake", "damping / 2"), mujoco=False)
-    (grasp,) = sensitivity.grasps_of(rows)
+    (grasp,) = label_margins.grasps_of(rows)
     assert not grasp.alike
-    everything = sensitivity.GROUPS["any of these"]
+    everything = label_margins.GROUPS["any of these"]
     assert grasp.turned("MuJoCo", everything) == ["friction +3 %"]
     assert grasp.turned("Drake", everything) == ["damping / 2"]
-    assert grasp.turned("MuJoCo", sensitivity.GROUPS["damping by 2"]) == []
-    assert sensitivity.grasps_of(rows[:-1]) == []  # incomplete
+    assert grasp.turned("MuJoCo", label_margins.GROUPS["damping by 2"]) == []
+    assert label_margins.grasps_of(rows[:-1]) == []  # incomplete
 
 
 def test_shares_of_turned_labels_are_counted_among_those_that_differ_and_agree(capsys):
     grasps = [
-        *sensitivity.grasps_of(turned_by(("MuJoCo", "friction -3 %"), mujoco=False)),
-        *sensitivity.grasps_of(turned_by(("Drake", "friction -6 %"))),
-        *sensitivity.grasps_of(turned_by()),
+        *label_margins.grasps_of(turned_by(("MuJoCo", "friction -3 %"), mujoco=False)),
+        *label_margins.grasps_of(turned_by(("Drake", "friction -6 %"))),
+        *label_margins.grasps_of(turned_by()),
     ]
-    sensitivity.report(grasps, Console(width=140))
+    label_margins.report(grasps, Console(width=140))
     lines = capsys.readouterr().out.splitlines()
     by_three = next(line for line in lines if "friction by 3 %" in line)
     assert by_three.count("1 of 1: 100") == 1  # the one that differs
@@ -220,7 +220,7 @@ def test_a_changed_scene_leaves_the_usual_one_as_it_is():
     scene = scene_of(SETTINGS)
     taxel = int(np.flatnonzero(scene.taxel >= 0)[0])
     before = law_of(scene, taxel, ALIGNED)
-    other = sensitivity.changed(scene, sensitivity.Change(friction=0.94, damping=2.0))
+    other = label_margins.changed(scene, label_margins.Change(friction=0.94, damping=2.0))
     after = law_of(other, taxel, ALIGNED)
     assert after.friction == pytest.approx(0.94 * before.friction)
     assert after.relaxation == pytest.approx(2.0 * before.relaxation)

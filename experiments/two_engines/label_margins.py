@@ -1,12 +1,12 @@
 """How near grasps are to the other label: lifts with a little more or less friction or damping.
 
-    python -m experiments.two_engines.sensitivity RUN... [--others 60] [--seed 0]
+    python -m experiments.two_engines.label_margins RUN... [--others 60] [--seed 0]
 
 Needs the tables of ``python -m experiments.two_engines RUN...``. Every grasp that the engines label
 differently, and as many as wished that they label alike, is lifted again in both, straight up, with
 friction of all surfaces 3 and 6 % lower and higher, and with half and twice the damping of the
 pads' contacts. A label that such a change turns is that of a grasp on the edge: no engine knows
-friction to 3 %, nor does anybody of a real object. Rows go to ``RUN/two_sensitivity.csv``.
+friction to 3 %, nor does anybody of a real object. Rows go to ``RUN/two_margins.csv``.
 """
 
 from __future__ import annotations
@@ -67,8 +67,8 @@ GROUPS = {
     "damping by 2": ("damping / 2", "damping x 2"),
     "any of these": tuple(name for name in CHANGES if name != AS_IT_IS),
 }
-SENSITIVITY = RowTable(
-    "two_sensitivity.csv",
+MARGINS = RowTable(
+    "two_margins.csv",
     {
         "trial": int, "object": str, "engine": str, "change": str, "success": bool,
         "displacement_mm": float, "rotation_deg": float,
@@ -144,7 +144,7 @@ class Turned(NamedTuple):
 
 
 def grasps_of(rows: Iterable[Mapping[str, Any]]) -> list[Turned]:
-    """Rows of ``SENSITIVITY`` of one run, grasp by grasp; incomplete ones are left out."""
+    """Rows of ``MARGINS`` of one run, grasp by grasp; incomplete ones are left out."""
     found: dict[tuple[str, int], dict[tuple[str, str], bool]] = {}
     for row in rows:
         labels = found.setdefault((row["object"], row["trial"]), {})
@@ -198,7 +198,7 @@ def _missing(
     differ = [row for row in rows if row["success"] != drake[row["trial"]]]
     alike = [row for row in rows if row["success"] == drake[row["trial"]]]
     chosen = rng.permutation(len(alike))[:others]
-    there = {grasp.trial for grasp in grasps_of(SENSITIVITY.read(run))}
+    there = {grasp.trial for grasp in grasps_of(MARGINS.read(run))}
     wanted = [*differ, *(alike[k] for k in sorted(chosen))]
     return [(stored.plan.job(r["trial"]), r) for r in wanted if r["trial"] not in there]
 
@@ -221,8 +221,8 @@ def main(argv: list[str] | None = None) -> None:
             others = args.others // len(args.run) + (k < args.others % len(args.run))
             jobs = _missing(run, others, rng)
             for rows in run_each(lifts, jobs, str(run), args.workers):
-                SENSITIVITY.append(run, rows)
-            grasps += grasps_of(SENSITIVITY.read(run))
+                MARGINS.append(run, rows)
+            grasps += grasps_of(MARGINS.read(run))
     except (RecordError, RunError, SettingsError) as error:
         fail(str(error))
     report(grasps, Console(width=140))
