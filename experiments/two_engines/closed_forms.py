@@ -20,7 +20,7 @@ from experiments.command_line import Parser
 from experiments.two_engines.alignment import ALIGNED, ALIGNMENTS, NAMES
 from experiments.two_engines.drake import need_drake
 from experiments.two_engines.start import start_from
-from experiments.validation import forces, friction, jaw, pads
+from experiments.validation import forces, friction, jaw, pads, torsion
 from experiments.validation.motion import GRASPS
 from experiments.validation.result_rows import Row, threshold
 from experiments.validation.rig_engine import (
@@ -115,9 +115,9 @@ def pad_onset(short: bool, engine: RigEngine) -> Sequence[Row]:
 def torsion_onset(short: bool, engine: RigEngine) -> Sequence[Row]:
     """Moment that starts a flat patch spinning on a pad, equation 7's τ*."""
     rows = []
-    names = [name for name, (*_, radius) in friction.SPUN.items() if np.isinf(radius)]
+    names = [name for name, (*_, radius) in torsion.SPUN.items() if np.isinf(radius)]
     for name in names[:1] if short else names:
-        pad, at, shape, _ = friction.SPUN[name]
+        pad, at, shape, _ = torsion.SPUN[name]
         scene = bench(pad, *at, [shape], ["press", "twist"], settings_for(), friction.FRICTION)
         rest = engine.pressed(scene, friction.PRESS)
         mark, about = rest.imprint(pad), pad_frame(pad, *at).rotation[:, 0]
@@ -143,13 +143,13 @@ def torsion_overload(short: bool, engine: RigEngine) -> Sequence[Row]:
     Of a solver in which it does not, Coulomb's law holds: nothing but inertia holds the plate back.
     """
     rows = []
-    for force, mu, share in friction.OVERLOADS[:1] if short else friction.OVERLOADS:
+    for force, mu, share in torsion.OVERLOADS[:1] if short else torsion.OVERLOADS:
         scene = bench(PAD, *friction.MIDDLE, [friction.PLATE], ["press", "twist"],
                       settings_for(), mu)  # fmt: skip
         rest, frame = engine.pressed(scene, force), pad_frame(PAD, *friction.MIDDLE)
-        limit, resisted = friction.spin_law(scene, rest.touches(), frame, mu)
+        limit, resisted = torsion.spin_law(scene, rest.touches(), frame, mu)
         load = share * limit * frame.rotation[:, 0]
-        spin = rest.loaded(NOTHING, load, friction.STEADY).turned / WATCHED
+        spin = rest.loaded(NOTHING, load, torsion.STEADY).turned / WATCHED
         rows.append(
             Row(f"plate under {share:g} τ*, {force:g} N, μ {mu:g}: spins at", "mrad/s",
                 1e3 * (share - 1.0) * limit / resisted, 1e3 * spin, 0.02, "an even spin")
@@ -264,9 +264,9 @@ def draw_spin(engines: Mapping[str, RigEngine], stem: Path) -> Path:
         limit = resisted = 0.0
         for k, (name, engine) in enumerate(engines.items()):
             rest = engine.pressed(scene, friction.PRESS)
-            limit, resisted = friction.spin_law(scene, rest.touches(), frame, friction.FRICTION)
+            limit, resisted = torsion.spin_law(scene, rest.touches(), frame, friction.FRICTION)
             spins = [
-                rest.loaded(NOTHING, x * limit * frame.rotation[:, 0], friction.STEADY).turned
+                rest.loaded(NOTHING, x * limit * frame.rotation[:, 0], torsion.STEADY).turned
                 for x in SHARES
             ]
             axes.semilogy(
@@ -276,7 +276,7 @@ def draw_spin(engines: Mapping[str, RigEngine], stem: Path) -> Path:
         law = 1e3 * (over - 1.0) * limit / resisted
         axes.semilogy(over, law, color="0.5", lw=0.9, label="law of convex solvers")
         inertia = float(scene.model.body_inertia[scene.object_body, 0])
-        time = GROWTH / 2 + friction.STEADY + WATCHED / 2
+        time = GROWTH / 2 + torsion.STEADY + WATCHED / 2
         coulomb = 1e3 * (over - 1.0) * limit / inertia * time
         axes.semilogy(over, coulomb, color="0.5", lw=0.9, ls="--", label="Coulomb's law, inertia")
         axes.set_xlabel("moment over τ*")

@@ -29,6 +29,7 @@ from experiments.validation import (
     motion,
     pads,
     sensor,
+    torsion,
     turning,
 )
 from experiments.validation.result_rows import Result, Row
@@ -41,9 +42,9 @@ Check = Callable[[bool, Spoil], Result]
 CHECKS: dict[str, tuple[str, Check]] = {
     "pad_onset": ("Friction onset on a pad: F = μ N", friction.pad_onset),
     "clamp_drop": ("Drop of a clamped box: μ = m g / ΣN", friction.clamp_drop),
-    "torsion_onset": ("Torsional slip of a patch: τ* of equation 7", friction.torsion_onset),
+    "torsion_onset": ("Torsional slip of a patch: τ* of equation 7", torsion.torsion_onset),
     "torsion_overload": ("Spin of an overloaded patch: (τ - τ*) / (μ² c Σ (l - l̄)²)",
-                         friction.torsion_overload),
+                         torsion.torsion_overload),
     "friction_creep": ("Creep of regularised friction: F (1 - d) A / (impratio b)",
                        friction.friction_creep),
     "single_finger": ("One pad: f = J⁻ᵀ τ̄", forces.single_finger),

@@ -17,7 +17,6 @@ from experiments.validation.friction import (
     PRESS,
     creep_row,
     hung,
-    spinning,
 )
 from experiments.validation.result_rows import Result, Row
 from experiments.validation.rig_engine import MUJOCO, RigEngine
@@ -32,6 +31,7 @@ from experiments.validation.rigs import (
     settings_for,
     timestep_in_use,
 )
+from experiments.validation.torsion import spinning
 from sdh_sim.cell import Scene
 from sdh_sim.robot import built_in_hand
 
