@@ -93,7 +93,8 @@ class DrakeRig:
         for info in self.simulation.contacts():
             pair = info.point_pair()
             geoms = [made.surfaces.geom.get(found, -1) for found in (pair.id_A, pair.id_B)]
-            place = int(max(self.scene.taxel[g] for g in geoms if g >= 0)) - first
+            taxel = max((int(self.scene.taxel[g]) for g in geoms if g >= 0), default=-1)
+            place = taxel - first
             if 0 <= place < array.live.size:
                 forces[place] += abs(float(info.contact_force() @ pair.nhat_BA_W))
         return forces.reshape(array.shape)

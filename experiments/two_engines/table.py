@@ -46,7 +46,7 @@ class RowTable:
         A line that was not written to its end is left out; no file is an empty table.
 
         Raises:
-            RecordError: the file has other columns.
+            RecordError: the file has other columns, or a line that this cannot have written.
         """
         found: dict[tuple[Any, ...], dict[str, Any]] = {}
         lines = csv.DictReader(_whole_lines(run / self.name).decode().splitlines())
@@ -56,10 +56,16 @@ class RowTable:
                 "it is made again"
             )
         for line in lines:
-            row = {
-                name: _LOGICAL[line[name]] if kind is bool else kind(line[name])
-                for name, kind in self.columns.items()
-            }
+            try:
+                row = {
+                    name: _LOGICAL[line[name]] if kind is bool else kind(line[name])
+                    for name, kind in self.columns.items()
+                }
+            except (KeyError, TypeError, ValueError):
+                raise RecordError(
+                    f"{run / self.name}, line {lines.line_num}: not a row of this table; take the "
+                    "line out, and it is made again"
+                ) from None
             found[tuple(row[name] for name in self.key)] = row
         return list(found.values())
 

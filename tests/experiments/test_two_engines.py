@@ -57,6 +57,15 @@ def test_a_table_with_other_columns_is_refused(tmp_path: Path):
         LABELS.read(tmp_path)
 
 
+@pytest.mark.parametrize("line", ["1,box,dissipation,perhaps,none,1,1,1,True,1", "1,box", "x" * 9])
+def test_a_line_that_no_row_is_is_refused_by_its_number(tmp_path: Path, line: str):
+    LABELS.append(tmp_path, [row_of(0, True, 1.25)])
+    with (tmp_path / LABELS.name).open("a", encoding="utf-8") as file:
+        file.write(f"{line}\n")
+    with pytest.raises(RecordError, match="line 3"):
+        LABELS.read(tmp_path)
+
+
 def test_agreement_counts_labels_and_compares_the_motion_of_what_both_hold():
     first = [row_of(0, True, 1.0), row_of(1, True, 2.0), row_of(2, False, 30.0), row_of(3, True, 1)]
     second = [row_of(0, True, 1.5), row_of(1, False, 11.0), row_of(2, False, 20.0), None]
