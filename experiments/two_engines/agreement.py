@@ -115,6 +115,16 @@ def load_ratios(labels: Labels) -> np.ndarray:
     return np.array(ratios)
 
 
+def weightless(labels: Labels) -> tuple[int, int, int]:
+    """Grasps that give way without any weight: in both engines, in MuJoCo alone, in Drake alone."""
+    found = [
+        (row["q_sim"] == 0.0, other["q_sim"] == 0.0)
+        for row, other in zip(labels.rows, labels.found.get(FULL, []), strict=True)
+        if other is not None and row.get("q_sim") is not None and not math.isnan(other["q_sim"])
+    ]
+    return found.count((True, True)), found.count((True, False)), found.count((False, True))
+
+
 def kind_of(row: dict[str, Any], straight: dict[str, Any] | None, other: dict[str, Any]) -> str:
     """Why the engines disagree on a grasp, as far as the numbers show it.
 

@@ -17,6 +17,7 @@ from experiments.two_engines.agreement import (
     kind_of,
     load_ratios,
     scored,
+    weightless,
 )
 from experiments.two_engines.alignment import FULL
 from experiments.two_engines.table import STRAIGHT
@@ -46,6 +47,11 @@ def report(labels: Labels, console: Console) -> None:
         console.print(
             f"q_sim of {len(ratios)} grasps, Drake over MuJoCo: median {middle:.3f} "
             f"({low:.3f} to {high:.3f} for eight in ten), off by {100 * off:.1f} % in the median"
+        )
+        both, first, second = weightless(labels)
+        console.print(
+            f"gave way without any weight: {both} in both, {first} in MuJoCo alone, {second} in "
+            "Drake alone"
         )
     console.print(_disagreements(labels))
     scores = Table(title="Predictors on the labels of")

@@ -11,7 +11,14 @@ from rich.console import Console
 
 from experiments.two_engines import __main__ as command
 from experiments.two_engines import closed_forms, drake, label_margins, snapshots
-from experiments.two_engines.agreement import Labels, agree, kind_of, load_ratios, scored
+from experiments.two_engines.agreement import (
+    Labels,
+    agree,
+    kind_of,
+    load_ratios,
+    scored,
+    weightless,
+)
 from experiments.two_engines.alignment import ALIGNED, ALIGNMENTS, FULL, NAMES, Alignment
 from experiments.two_engines.contact_laws import law_at_rest, law_of, touchable
 from experiments.two_engines.start import guessed_references, start_of
@@ -96,6 +103,13 @@ def test_loads_and_scores_are_compared_where_both_engines_have_them():
     ]
     labels = Labels(rows, {FULL: others})
     assert load_ratios(labels) == pytest.approx([1.1, 0.9])
+    assert weightless(labels) == (0, 0, 0)
+    loads = [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (0.0, 0.5), (1.0, math.nan)]
+    without = Labels(
+        [row_of(k, True, 1.0, load) for k, (load, _) in enumerate(loads)],
+        {FULL: [row_of(k, True, 1.0, load) for k, (_, load) in enumerate(loads)]},
+    )
+    assert weightless(without) == (1, 2, 1)
     kinds = scored(labels)["q* L∞"]
     assert (kinds["MuJoCo"].tp, kinds["MuJoCo"].tn) == (2, 1)
     assert (kinds["Drake"].tp, kinds["Drake"].fn) == (2, 1)
