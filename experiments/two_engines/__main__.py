@@ -41,7 +41,7 @@ def main(argv: Sequence[str] | None = None) -> None:
         labels = both_labels(args.run)
     except (RecordError, RunError, SettingsError) as error:
         fail(str(error))
-    report(labels, Console(width=120))
+    report(labels, Console(width=120), args.scores)
     if args.picture is not None and FULL in labels.found:
         from experiments.two_engines.picture import draw
 
@@ -79,6 +79,10 @@ def _parser() -> argparse.ArgumentParser:
         help=f"differences aligned up to this one: {', '.join(ALIGNMENTS)} (default: {FULL})",
     )  # fmt: skip
     parser.add_argument("--ramp", action="store_true", help="the load ramp (q_sim) in Drake, too")
+    parser.add_argument(
+        "--scores", choices=list(ALIGNMENTS), default=FULL, metavar="NAME",
+        help=f"alignment of which the labels are scored (default: {FULL})",
+    )  # fmt: skip
     parser.add_argument("--trials", type=int, default=0, help="new trials at most (default: all)")
     parser.add_argument("--picture", type=Path, help="draw a figure of this name")
     parser.add_argument("--workers", type=int, default=0, help="processes (default: one per core)")

@@ -45,12 +45,15 @@ class Agreement(NamedTuple):
 
     Attributes:
         labels: share on which they are the same.
+        lost, gained: trials that the first holds and the second does not, and the other way round.
         held: trials held in both.
         off: differences of their displacements, median and 90 % quantile [mm].
         bias: median of the differences with their sign, the second less the first [mm].
     """
 
     labels: Proportion
+    lost: int
+    gained: int
     held: int
     off: tuple[float, float]
     bias: float
@@ -93,14 +96,16 @@ def _rows(run: Path) -> list[dict[str, Any]]:
 def agree(first: Sequence[Any], second: Sequence[Any]) -> Agreement:
     """Compare rows of two engines, in the same order; trials that either lacks are left out."""
     pairs = [(a, b) for a, b in zip(first, second, strict=True) if a is not None and b is not None]
-    same = sum(a["success"] == b["success"] for a, b in pairs)
+    lost = sum(a["success"] and not b["success"] for a, b in pairs)
+    gained = sum(b["success"] and not a["success"] for a, b in pairs)
     held = [(a, b) for a, b in pairs if a["success"] and b["success"]]
     change = np.array([b["displacement_mm"] - a["displacement_mm"] for a, b in held])
     off, bias = (math.nan, math.nan), math.nan
     if len(change):
         off = (float(np.median(np.abs(change))), float(np.quantile(np.abs(change), 0.9)))
         bias = float(np.median(change))
-    return Agreement(Proportion(same, len(pairs)), len(held), off, bias)
+    same = Proportion(len(pairs) - lost - gained, len(pairs))
+    return Agreement(same, lost, gained, len(held), off, bias)
 
 
 def load_ratios(labels: Labels) -> np.ndarray:

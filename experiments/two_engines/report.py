@@ -22,11 +22,26 @@ from experiments.two_engines.agreement import (
 from experiments.two_engines.alignment import FULL
 from experiments.two_engines.table import STRAIGHT
 
-SHARES = ("", "n", "same label %", "held in both", "median off mm", "90 % off mm", "bias mm")
+SHARES = (
+    "",
+    "n",
+    "same label %",
+    "lost, gained",
+    "held in both",
+    "median off mm",
+    "90 % off mm",
+    "bias mm",
+)
 
 
-def report(labels: Labels, console: Console) -> None:
-    """Print shares of agreement, the disagreements one by one, and scores on both labels."""
+def report(labels: Labels, console: Console, alignment: str = FULL) -> None:
+    """Print shares of agreement, the disagreements one by one, and scores on both labels.
+
+    Args:
+        labels: of both engines.
+        console: to print on.
+        alignment: of the labels that are scored.
+    """
     shares = Table(title="Labels of the run against")
     for head in SHARES:
         shares.add_column(head, justify="right" if head else "left")
@@ -54,11 +69,13 @@ def report(labels: Labels, console: Console) -> None:
             "Drake alone"
         )
     console.print(_disagreements(labels))
-    scores = Table(title="Predictors on the labels of")
+    if alignment not in labels.found:
+        return
+    scores = Table(title=f"Predictors on the labels of (Drake aligned up to {alignment})")
     heads = ("AUC", "accuracy %")
     for head in ("", *(f"{kind}: {h}" for kind in ("MuJoCo", "Drake", "both") for h in heads)):
         scores.add_column(head, justify="right" if head else "left")
-    for name, kinds in scored(labels).items():
+    for name, kinds in scored(labels, alignment).items():
         cells = [cell for c in kinds.values() for cell in score_cells(c)[:2]]
         scores.add_row(name, *cells)
     console.print(scores)
@@ -75,8 +92,8 @@ def _cells(title: str, found: Agreement) -> tuple[str, ...]:
     low, high = found.labels.interval or (math.nan, math.nan)
     percent = "-" if share is None else f"{100 * share:.1f} ({100 * low:.1f}–{100 * high:.1f})"
     return (
-        title, str(found.labels.n), percent, str(found.held), f"{found.off[0]:.2f}",
-        f"{found.off[1]:.2f}", f"{found.bias:+.2f}",
+        title, str(found.labels.n), percent, f"{found.lost}, {found.gained}", str(found.held),
+        f"{found.off[0]:.2f}", f"{found.off[1]:.2f}", f"{found.bias:+.2f}",
     )  # fmt: skip
 
 

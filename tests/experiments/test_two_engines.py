@@ -78,6 +78,8 @@ def test_agreement_counts_labels_and_compares_the_motion_of_what_both_hold():
     second = [row_of(0, True, 1.5), row_of(1, False, 11.0), row_of(2, False, 20.0), None]
     found = agree(first, second)
     assert (found.labels.k, found.labels.n, found.held) == (2, 3, 1)
+    assert (found.lost, found.gained) == (1, 0)
+    assert (agree(second, first).lost, agree(second, first).gained) == (0, 1)
     assert found.off[0] == found.bias == 0.5
 
 
