@@ -41,7 +41,7 @@ def main(argv: Sequence[str] | None = None) -> None:
         labels = both_labels(args.run)
     except (RecordError, RunError, SettingsError) as error:
         fail(str(error))
-    report(labels, Console(width=120), args.scores)
+    report(labels, Console(width=140), args.scores)
     if args.picture is not None and FULL in labels.found:
         from experiments.two_engines.picture import draw
 

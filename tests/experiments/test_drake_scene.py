@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import itertools
+import subprocess
+import sys
 from dataclasses import replace
 
 import mujoco
@@ -15,6 +17,7 @@ pytest.importorskip("pydrake", reason="the second engine, Drake, is not installe
 from pydrake.geometry import CalcVolume
 from scipy.spatial import ConvexHull
 
+from experiments.two_engines import __main__ as command
 from experiments.two_engines import closed_forms, label_margins, near, snapshots
 from experiments.two_engines.alignment import ALIGNED, ALIGNMENTS, FULL, Alignment
 from experiments.two_engines.collision import may_touch
@@ -23,6 +26,7 @@ from experiments.two_engines.engine import DrakeSimulation, pose_of
 from experiments.two_engines.outcomes import gravity_factor
 from experiments.two_engines.rigs_in_drake import Drake
 from experiments.two_engines.start import start_of
+from experiments.two_engines.table import LABELS
 from experiments.two_engines.translate import DrakeScene, translate
 from experiments.two_engines.trials import Task, compare, set_off
 from sdh_sim import poses
@@ -31,6 +35,7 @@ from sdh_sim.errors import SettingsError
 from sdh_sim.runs import Job
 from sdh_sim.settings import TrialSettings
 from sdh_sim.trial import run_trial
+from tests.support.repository import ROOT
 
 SETTINGS = TrialSettings("box", arm="rigid")
 SEED = 4  # held, on pads and hard parts
@@ -282,3 +287,22 @@ def test_a_hand_with_other_transmissions_is_refused():
     upright = np.array([0.0, 0.0, 0.5, 1.0, 0.0, 0.0, 0.0])
     with pytest.raises(SettingsError, match="second engine"):
         translate(tendons, upright, upright)
+
+
+def test_a_run_is_compared_from_the_command_line_and_goes_on_where_it_was(tmp_path, capsys):
+    run = tmp_path / "run"
+    lift = ["lift", "--object", "box", "--trials", "2", "--seed", "5", "--arm", "rigid"]
+    subprocess.run(
+        [sys.executable, "-m", "sdh_sim", *lift, "--workers", "1", "--out", str(run)],
+        cwd=ROOT, check=True, capture_output=True, timeout=120,
+    )  # fmt: skip
+    command.main([str(run), "--trials", "1"])
+    first = (run / LABELS.name).read_bytes()
+    command.main([str(run), "--picture", str(tmp_path / "two")])
+    shown = capsys.readouterr().out
+    assert "Drake, aligned up to dissipation" in shown
+    assert (tmp_path / "two.png").stat().st_size > 10_000
+    assert (run / LABELS.name).read_bytes().startswith(first)
+    assert len(LABELS.read(run)) == 4  # two trials, straight and in Drake
+    snapshots.main([str(run), "--trials", "1"])
+    assert "1 grasps" in capsys.readouterr().out
