@@ -69,20 +69,16 @@ def taxel_forces_in_drake(simulation: DrakeSimulation) -> np.ndarray:
     """Normal force that every taxel feels, as ``cell.contacts.taxel_forces`` (taxels,) [N]."""
     made, scene = simulation.made, simulation.made.scene
     forces = np.zeros(scene.hand.tactile_size)
-    arrays = list(scene.hand.arrays.values())
-    for info in simulation.contacts():
-        pair = info.point_pair()
-        geoms = [made.surfaces.geom.get(found, -1) for found in (pair.id_A, pair.id_B)]
-        geom = next((g for g in geoms if g >= 0 and scene.taxel[g] >= 0), None)
-        if geom is None:
+    arrays, offsets = list(scene.hand.arrays.values()), scene.hand.pad_offsets
+    for contact in simulation.object_contacts():
+        taxel = scene.taxel[contact.geom]
+        if taxel < 0:
             continue
-        body = info.bodyA_index() if geoms[0] == geom else info.bodyB_index()
-        place = made.plant.EvalBodyPoseInWorld(simulation.context, made.plant.get_body(body))
-        local = place.inverse().multiply(info.contact_point())
-        pad = int(np.searchsorted(scene.hand.pad_offsets, scene.taxel[geom], side="right")) - 1
+        place = made.plant.EvalBodyPoseInWorld(simulation.context, contact.link)
+        local = place.inverse().multiply(contact.point)
+        pad = int(np.searchsorted(offsets, taxel, side="right")) - 1
         taxels, shares = arrays[scene.hand.pad_kinds[pad]].shares(local[None])
-        normal = abs(float(info.contact_force() @ pair.nhat_BA_W))
-        np.add.at(forces, taxels[0] + scene.hand.pad_offsets[pad], normal * shares[0])
+        np.add.at(forces, taxels[0] + offsets[pad], contact.normal * shares[0])
     return forces
 
 

@@ -3,7 +3,7 @@
 # pyright: reportMissingImports=false
 from __future__ import annotations
 
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 from pydrake.common.value import Value
@@ -15,6 +15,7 @@ from pydrake.multibody.plant import (
     ExternallyAppliedSpatialForce,
     PointPairContactInfo,
 )
+from pydrake.multibody.tree import RigidBody
 from pydrake.systems.analysis import Simulator
 
 from experiments.two_engines.near import NearTaxels
@@ -26,6 +27,24 @@ from sdh_sim.poses import quaternion_of
 from sdh_sim.sensing import GRAVITY
 
 MAX_SPEED = 1e3  # as MuJoCo's simulation
+
+
+class ObjectContact(NamedTuple):
+    """A contact of the hand with the object.
+
+    Attributes:
+        geom: of the hand, its id in MuJoCo.
+        link: that it is part of.
+        point: in the world (3,) [m].
+        force: on the object, in the world (3,) [N].
+        normal: its part along the normal [N].
+    """
+
+    geom: int
+    link: RigidBody
+    point: np.ndarray
+    force: np.ndarray
+    normal: float
 
 
 class DrakeSimulation:
@@ -192,14 +211,24 @@ class DrakeSimulation:
         table = self.made.table.index()
         return any(table in (info.bodyA_index(), info.bodyB_index()) for info in self.contacts())
 
+    def object_contacts(self) -> list[ObjectContact]:
+        """Contacts of the hand with the object in the last step."""
+        made, found = self.made, []
+        for info in self.contacts():
+            bodies, pair = (info.bodyA_index(), info.bodyB_index()), info.point_pair()
+            if made.obj.index() not in bodies or made.table.index() in bodies:
+                continue
+            second = bodies[1] == made.obj.index()  # Drake's force is that on the second body
+            force = info.contact_force() if second else -info.contact_force()
+            normal = abs(float(force @ pair.nhat_BA_W))
+            geom = made.surfaces.geom[pair.id_A if second else pair.id_B]
+            link = made.plant.get_body(bodies[0] if second else bodies[1])
+            found.append(ObjectContact(geom, link, info.contact_point(), force, normal))
+        return found
+
     def hand_force(self) -> float:
         """Sum of the normal forces between hand and object [N]."""
-        table, obj, total = self.made.table.index(), self.made.obj.index(), 0.0
-        for info in self.contacts():
-            bodies = info.bodyA_index(), info.bodyB_index()
-            if obj in bodies and table not in bodies:
-                total += abs(float(info.contact_force() @ info.point_pair().nhat_BA_W))
-        return total
+        return sum(contact.normal for contact in self.object_contacts())
 
     def without_table(self) -> None:
         """From now on the object passes through the table."""

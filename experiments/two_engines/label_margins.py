@@ -182,10 +182,7 @@ def report(grasps: Sequence[Turned], console: Console) -> None:
 
 def _share(turned: Sequence[bool]) -> str:
     found = Proportion(sum(turned), len(turned))
-    if found.value is None or found.interval is None:
-        return "-"
-    low, high = found.interval
-    return f"{found.k} of {found.n}: {100 * found.value:.0f} ({100 * low:.0f}–{100 * high:.0f})"
+    return f"{found.k} of {found.n}: {found.percent}"
 
 
 def _missing(

@@ -88,12 +88,9 @@ def _title(name: str) -> str:
 
 
 def _cells(title: str, found: Agreement) -> tuple[str, ...]:
-    share = found.labels.value
-    low, high = found.labels.interval or (math.nan, math.nan)
-    percent = "-" if share is None else f"{100 * share:.1f} ({100 * low:.1f}–{100 * high:.1f})"
     return (
-        title, str(found.labels.n), percent, f"{found.lost}, {found.gained}", str(found.held),
-        f"{found.off[0]:.2f}", f"{found.off[1]:.2f}", f"{found.bias:+.2f}",
+        title, str(found.labels.n), found.labels.in_percent(1), f"{found.lost}, {found.gained}",
+        str(found.held), f"{found.off[0]:.2f}", f"{found.off[1]:.2f}", f"{found.bias:+.2f}",
     )  # fmt: skip
 
 

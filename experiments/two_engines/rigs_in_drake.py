@@ -58,26 +58,19 @@ class DrakeRig:
 
     def touches(self) -> Touch:
         """Contacts of the hand with the test body."""
-        simulation, made = self.simulation, self.simulation.made
-        scene, plant = made.scene, made.plant
-        into_palm = plant.EvalBodyPoseInWorld(simulation.context, made.palm).inverse()
-        points, forces, normal, links, sensed = [], [], [], [], []
-        for info in simulation.contacts():
-            bodies, pair = (info.bodyA_index(), info.bodyB_index()), info.point_pair()
-            if made.obj.index() not in bodies or made.table.index() in bodies:
-                continue
-            on_second = bodies[1] == made.obj.index()  # the force is that on the second body
-            sign = 1.0 if on_second else -1.0
-            geom = made.surfaces.geom[pair.id_A if on_second else pair.id_B]
-            points.append(into_palm.multiply(info.contact_point()))
-            forces.append(sign * into_palm.rotation().multiply(info.contact_force()))
-            normal.append(abs(float(info.contact_force() @ pair.nhat_BA_W)))
-            body = int(scene.model.geom_bodyid[geom])
-            links.append(scene.model.body(body).name.removeprefix(HAND))
-            sensed.append(scene.taxel[geom] >= 0)
+        made, found = self.simulation.made, self.simulation.object_contacts()
+        scene = made.scene
+        palm = made.plant.EvalBodyPoseInWorld(self.simulation.context, made.palm)
+        into_palm = palm.inverse()
+        points = [into_palm.multiply(contact.point) for contact in found]
+        forces = [into_palm.rotation().multiply(contact.force) for contact in found]
+        geoms = np.array([contact.geom for contact in found], dtype=int)
+        links = [scene.model.body(int(b)).name for b in scene.model.geom_bodyid[geoms]]
         return Touch(
-            np.reshape(points, (-1, 3)), np.reshape(forces, (-1, 3)), np.array(normal),
-            np.array(links, dtype=str), np.array(sensed, dtype=bool),
+            np.reshape(points, (-1, 3)), np.reshape(forces, (-1, 3)),
+            np.array([contact.normal for contact in found]),
+            np.array([name.removeprefix(HAND) for name in links], dtype=str),
+            scene.taxel[geoms] >= 0,
         )  # fmt: skip
 
     def imprint(self, pad: str) -> Imprint:
@@ -86,17 +79,14 @@ class DrakeRig:
 
     def sphere_forces(self, pad: str) -> np.ndarray:
         """Normal force on each sphere of a pad's rubber, rows × columns [N]."""
-        hand, made = self.scene.hand, self.simulation.made
+        hand = self.scene.hand
         index = hand.pad_names.index(pad)
         array, first = hand.pads[index].array, hand.pad_offsets[index]
         forces = np.zeros(array.live.size)
-        for info in self.simulation.contacts():
-            pair = info.point_pair()
-            geoms = [made.surfaces.geom.get(found, -1) for found in (pair.id_A, pair.id_B)]
-            taxel = max((int(self.scene.taxel[g]) for g in geoms if g >= 0), default=-1)
-            place = taxel - first
+        for contact in self.simulation.object_contacts():
+            place = int(self.scene.taxel[contact.geom]) - first
             if 0 <= place < array.live.size:
-                forces[place] += abs(float(info.contact_force() @ pair.nhat_BA_W))
+                forces[place] += contact.normal
         return forces.reshape(array.shape)
 
     def with_friction(self, friction: float) -> DrakeRig:

@@ -88,7 +88,7 @@ def compare(task: tuple[Job, Mapping[str, Any]]) -> dict[str, Any]:
     row["torques_off_nm"] = float(np.abs(theirs.motor_torques - ours.motor_torques).max())
     row["force_mujoco_n"] = sum(simulation.hand_force())
     row["force_drake_n"] = found.hand_force()
-    row["taxels_shared"], row["pads_shared"] = _shared(ours.tactile, theirs.tactile)
+    row["taxels_shared"], row["pads_shared"] = shared(ours.tactile, theirs.tactile)
     for engine, snapshot in (("mujoco", ours), ("drake", theirs)):
         for name, value in _rated(trial, snapshot).items():
             row[f"{name}_{engine}"] = value
@@ -101,21 +101,17 @@ def compare(task: tuple[Job, Mapping[str, Any]]) -> dict[str, Any]:
     return row
 
 
-def _shared(
-    ours: Mapping[str, np.ndarray], theirs: Mapping[str, np.ndarray]
-) -> tuple[float, float]:
+def shared(ours: Mapping[str, np.ndarray], theirs: Mapping[str, np.ndarray]) -> tuple[float, float]:
     """Share of the readings that two snapshots have at the same taxels, and on the same pads."""
-    shares = []
-    for axes in ((), (1, 2)):  # taxels of a kind are all alike, so readings add up as forces
-        pairs = [
-            np.stack([kinds[name].sum(axis=axes).ravel() if axes else kinds[name].ravel()
-                      for kinds in (ours, theirs)])
-            for name in ours
-        ]  # fmt: skip
-        both = np.concatenate(pairs, axis=1)
-        total = both.sum(axis=1, keepdims=True)
-        shares.append(float((both / total).min(axis=0).sum()) if total.all() else float("nan"))
-    return shares[0], shares[1]
+    pairs = [(ours[name], theirs[name]) for name in ours]  # by kind, pads × rows × columns
+    taxels = np.concatenate([np.reshape(pair, (2, -1)) for pair in pairs], axis=1)
+    # Taxels of a hand are all alike, so that readings add up as forces do.
+    pads = np.concatenate([np.sum(pair, axis=(2, 3)) for pair in pairs], axis=1)
+    total = taxels.sum(axis=1, keepdims=True)
+    if not total.all():
+        return float("nan"), float("nan")
+    at_taxels, on_pads = (float((each / total).min(axis=0).sum()) for each in (taxels, pads))
+    return at_taxels, on_pads
 
 
 def _rated(trial: Any, snapshot: Any) -> dict[str, float]:
@@ -165,11 +161,7 @@ def summary(rows: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def _percent(k: int, n: int) -> str:
-    found = Proportion(k, n)
-    if found.value is None or found.interval is None:
-        return "-"
-    low, high = found.interval
-    return f"{100 * found.value:.1f} % ({100 * low:.1f}–{100 * high:.1f}) of {n}"
+    return f"{Proportion(k, n).in_percent(1)} % of {n}"
 
 
 def main(argv: list[str] | None = None) -> None:

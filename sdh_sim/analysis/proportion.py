@@ -28,10 +28,14 @@ class Proportion:
     @property
     def percent(self) -> str:
         """Value and interval in percent, as in "86 (83–88)"; a dash where there are none."""
+        return self.in_percent()
+
+    def in_percent(self, digits: int = 0) -> str:
+        """As ``percent``, with so many digits after the point."""
         if self.value is None or self.interval is None:
             return "-"
-        low, high = self.interval
-        return f"{100 * self.value:.0f} ({100 * low:.0f}–{100 * high:.0f})"
+        value, low, high = (f"{100 * x:.{digits}f}" for x in (self.value, *self.interval))
+        return f"{value} ({low}–{high})"
 
 
 def wilson_interval(k: float, n: int) -> tuple[float, float]:

@@ -253,9 +253,13 @@ def test_a_whole_grasp_is_closed_rated_and_lifted(row):
 def test_every_change_is_lifted_in_both_engines(row, monkeypatch):
     some = {name: label_margins.CHANGES[name] for name in ("none", "friction -6 %")}
     monkeypatch.setattr(label_margins, "CHANGES", some)
-    (grasp,) = label_margins.grasps_of(label_margins.lifts((JOB, row)))
+    rows = label_margins.lifts((JOB, row))
+    (grasp,) = label_margins.grasps_of(rows)
     assert grasp.alike
-    assert len(grasp.labels) == 4
+    moved = {(r["engine"], r["change"]): r["displacement_mm"] for r in rows}
+    assert len(moved) == 4
+    for engine in label_margins.ENGINES:  # less friction holds less
+        assert moved[engine, "friction -6 %"] > moved[engine, "none"] + 1e-3
 
 
 def test_an_object_that_the_hand_lets_go_bears_no_load(row):

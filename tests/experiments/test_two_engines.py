@@ -266,8 +266,18 @@ def test_snapshots_are_summed_up_with_their_metrics_and_labels():
     assert lines[0].startswith("2 grasps")
     assert "sum of normal forces, Drake over MuJoCo: 0.9 (0.9 to 0.9)" in lines
     assert any(line.startswith("q_linf, Drake over MuJoCo (1 positive") for line in lines)
-    assert any(line.startswith("q_linf on the same side of 1: 0.0 %") for line in lines)
+    assert any(line.startswith("q_linf on the same side of 1: 0.0 (") for line in lines)
     assert any(
-        line.startswith("closed and lifted in Drake, the same label: 50.0 %") for line in lines
+        line.startswith("closed and lifted in Drake, the same label: 50.0 (") for line in lines
     )
     assert lines[-1] == "diverged in Drake: 1"
+
+
+def test_readings_are_shared_at_the_same_taxels_and_on_the_same_pads():
+    here, there = np.zeros((2, 3, 3)), np.zeros((2, 3, 3))
+    here[0, 0, 0], there[0, 2, 2] = 4.0, 8.0  # another taxel of the same pad
+    assert snapshots.shared({"a": here}, {"a": 2.0 * here}) == (1.0, 1.0)
+    assert snapshots.shared({"a": here}, {"a": there}) == (0.0, 1.0)
+    there[1, 0, 0] = 8.0
+    assert snapshots.shared({"a": here}, {"a": there}) == (0.0, 0.5)
+    assert all(math.isnan(x) for x in snapshots.shared({"a": here}, {"a": 0.0 * here}))
